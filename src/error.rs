@@ -1,0 +1,106 @@
+//! What can go wrong, as values with numbers in them.
+//!
+//! Every failure that an input can cause is one of these. [`Error::exit_status`] says what the command line answers:
+//! 2 when the input is wrong, 3 when the numbers do not allow it, 130 when the user stopped it. An error that belongs
+//! to a key of the scene carries that key, so that the scene reader can show the line.
+
+use std::path::PathBuf;
+
+/// The result of everything in springfit that can fail.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// A failure with its place and its numbers.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// A value that cannot be used: where (a scene key such as `geometry.degree`), what is wrong, what is allowed.
+    #[error("{key}: {message}")]
+    Input {
+        /// Dotted path of the scene key the value belongs to.
+        key: String,
+        /// What is wrong, with the value.
+        message: String,
+        /// What is allowed, or what to do.
+        help: String,
+    },
+    /// A file that cannot be read or written.
+    #[error("{}: {message}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        message: String,
+        /// What to do.
+        help: String,
+    },
+    /// The Jacobian of the geometry map is zero or changes sign.
+    #[error(
+        "element {element:?} is folded: at Gauss point {point:?} the Jacobian determinant is {determinant:.3e}, elsewhere it has the other sign"
+    )]
+    FoldedElement {
+        /// Index of the knot span in each direction.
+        element: Vec<usize>,
+        /// Parametric coordinates of the point.
+        point: Vec<f64>,
+        /// Determinant of dx/dxi there.
+        determinant: f64,
+    },
+    /// A stiffness matrix with a pivot that is not positive.
+    #[error("the stiffness matrix is not positive definite: the pivot of free dof {dof} is not positive")]
+    NotPositiveDefinite {
+        /// Free degree of freedom whose pivot failed.
+        dof: usize,
+    },
+    /// The network or body can move without resistance.
+    #[error("the {what} is a mechanism: node {node} can move along {direction} without resistance")]
+    Mechanism {
+        /// "spring network" or "reference body".
+        what: String,
+        /// A node that is loose (index in the control grid).
+        node: usize,
+        /// The axis along which it is loose: x, y or z.
+        direction: char,
+    },
+    /// A solution whose residual stays too large after refinement.
+    #[error("the linear solve is not accurate: backward error {backward_error:.2e}, allowed {limit:.0e}")]
+    Inaccurate {
+        /// Measured backward error (see `sparse::backward_error`).
+        backward_error: f64,
+        /// Largest accepted one.
+        limit: f64,
+    },
+    /// The user stopped the run.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl Error {
+    /// An [`Error::Input`] for a scene key.
+    pub fn input(key: impl Into<String>, message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::Input { key: key.into(), message: message.into(), help: help.into() }
+    }
+
+    /// What to do about it, if the error can say.
+    pub fn help(&self) -> Option<String> {
+        match self {
+            Self::Input { help, .. } | Self::File { help, .. } => Some(help.clone()),
+            Self::FoldedElement { .. } => Some("move the control points so that the map does not fold".into()),
+            Self::NotPositiveDefinite { .. } | Self::Mechanism { .. } => {
+                Some("support more nodes, or use a topology with diagonals".into())
+            }
+            Self::Inaccurate { .. } => Some("reduce the spread of the stiffness, or repair flat cells".into()),
+            Self::Interrupted => None,
+        }
+    }
+
+    /// Exit status of the command line: 2 wrong input, 3 the numbers do not allow it, 130 interrupted.
+    pub fn exit_status(&self) -> u8 {
+        match self {
+            Self::Input { .. } | Self::File { .. } => 2,
+            Self::FoldedElement { .. }
+            | Self::NotPositiveDefinite { .. }
+            | Self::Mechanism { .. }
+            | Self::Inaccurate { .. } => 3,
+            Self::Interrupted => 130,
+        }
+    }
+}

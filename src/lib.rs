@@ -1,0 +1,13 @@
+//! springfit fits mass-spring models to continuum elasticity, fast, with the error stated.
+//!
+//! The floors, from below; a file imports from its own room and from lower floors only:
+//!
+//! | floor | rooms |
+//! |---|---|
+//! | 1 | [`geometry`]: knots, patches, shapes, degrees of freedom |
+//! | 0 | [`error`], [`clock`] |
+#![warn(missing_docs)]
+
+pub mod clock;
+pub mod error;
+pub mod geometry;
