@@ -5,9 +5,10 @@
 //! | floor | rooms |
 //! |---|---|
 //! | 1 | [`geometry`]: knots, patches, shapes, degrees of freedom |
-//! | 0 | [`error`], [`clock`] |
+//! | 0 | [`sparse`]: patterns, assembly, orders, Cholesky; [`error`], [`clock`] |
 #![warn(missing_docs)]
 
 pub mod clock;
 pub mod error;
 pub mod geometry;
+pub mod sparse;
