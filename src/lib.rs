@@ -9,6 +9,8 @@
 #![warn(missing_docs)]
 
 pub mod clock;
+pub mod dense;
 pub mod error;
 pub mod geometry;
+pub mod rng;
 pub mod sparse;
