@@ -4,6 +4,7 @@
 //!
 //! | floor | rooms |
 //! |---|---|
+//! | 2 | [`springs`]: networks, groups, the stiffness matrix K(phi) |
 //! | 1 | [`geometry`]: knots, patches, shapes, degrees of freedom |
 //! | 0 | [`sparse`]: patterns, assembly, orders, Cholesky; [`error`], [`clock`] |
 #![warn(missing_docs)]
@@ -14,3 +15,4 @@ pub mod error;
 pub mod geometry;
 pub mod rng;
 pub mod sparse;
+pub mod springs;
