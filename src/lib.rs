@@ -9,6 +9,7 @@
 //! | 0 | [`sparse`]: patterns, assembly, orders, Cholesky; [`error`], [`clock`] |
 #![warn(missing_docs)]
 
+pub mod calibration;
 pub mod clock;
 pub mod dense;
 pub mod error;

@@ -4,6 +4,8 @@
 //! problem: it is solved once, and both rows of the table show it. The distinct problems are independent and run in
 //! parallel, each with its own random streams.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use crate::calibration::objective::{Objective, Problem};
@@ -11,6 +13,7 @@ use crate::calibration::objectives::displacement::{Displacement, Target};
 use crate::calibration::optimiser::{Optimiser, Outcome, Settings};
 use crate::clock::Progress;
 use crate::error::{Error, Result};
+use crate::sparse::cholesky::Symbolic;
 use crate::springs::affine::AffineStiffness;
 use crate::springs::grouping::Grouping;
 
@@ -20,7 +23,11 @@ use crate::springs::grouping::Grouping;
 /// When start is not in (0, 1), or step is not positive, or more than 1,000 values would come.
 pub fn gammas(start: f64, step: f64) -> Result<Vec<f64>> {
     if !(start > 0.0 && start < 1.0) {
-        return Err(Error::input("calibration.gamma.start", format!("gamma starts at {start}"), "a number between 0 and 1, both excluded"));
+        return Err(Error::input(
+            "calibration.gamma.start",
+            format!("gamma starts at {start}"),
+            "a number between 0 and 1, both excluded",
+        ));
     }
     if step.is_nan() || step < start / 1000.0 {
         let help = format!("a positive number, at least {:e} (a sweep has at most 1,000 values)", start / 1000.0);
@@ -28,7 +35,9 @@ pub fn gammas(start: f64, step: f64) -> Result<Vec<f64>> {
     }
     // counted, so that rounding can neither add a value near zero nor loop for ever
     let count = (start / step - 1e-9).ceil() as usize;
-    Ok((0..count).map(|i| start - i as f64 * step).collect())
+    // to 12 digits, so that 0.8 - 7 * 0.1 is the 0.1 that a user would write
+    let rounded = |value: f64| if value > 1e-9 { (value * 1e12).round() / 1e12 } else { value };
+    Ok((0..count).map(|i| rounded(start - i as f64 * step)).collect())
 }
 
 /// For each grouping the index of the first equal one.
@@ -48,7 +57,9 @@ pub struct SweepProblem {
 
 /// What all problems of a sweep share.
 #[derive(Clone, Copy)]
-pub struct Loads<'a> {
+pub struct Shared<'a> {
+    /// The analysis of the network's pattern.
+    pub symbolic: &'a Arc<Symbolic>,
     /// Forces of the fitted load cases (cases x n), N.
     pub forces: &'a [f64],
     /// Reference displacements (cases x n), m.
@@ -63,7 +74,7 @@ pub struct Loads<'a> {
 /// The first error of a problem, in their order.
 pub fn solve(
     problems: &[SweepProblem],
-    loads: Loads,
+    shared: Shared,
     optimiser: &Optimiser,
     settings: &Settings,
     seed: u64,
@@ -72,10 +83,11 @@ pub fn solve(
     let solve_one = |problem: &SweepProblem| {
         let target = Target {
             stiffness: &problem.stiffness,
+            symbolic: shared.symbolic,
             upper: &problem.upper,
-            forces: loads.forces,
-            reference: loads.reference,
-            weights: loads.weights,
+            forces: shared.forces,
+            reference: shared.reference,
+            weights: shared.weights,
         };
         let make = || -> Box<dyn Objective + '_> { Box::new(Displacement::new(target)) };
         (optimiser.run)(&Problem { make: &make, upper: &problem.upper, seed, index: problem.index, progress }, settings)
@@ -92,7 +104,9 @@ mod tests {
         assert_eq!(gammas(0.8, 0.1).expect("legal").len(), 8);
         assert_eq!(gammas(0.5, 0.7).expect("legal"), [0.5]);
         assert_eq!(gammas(0.3, 0.1).expect("legal").len(), 3);
-        for (start, step) in [(0.8, 0.0), (0.8, -0.1), (0.8, f64::NAN), (0.0, 0.1), (1.0, 0.1), (f64::NAN, 0.1), (0.5, 1e-9)] {
+        for (start, step) in
+            [(0.8, 0.0), (0.8, -0.1), (0.8, f64::NAN), (0.0, 0.1), (1.0, 0.1), (f64::NAN, 0.1), (0.5, 1e-9)]
+        {
             assert!(matches!(gammas(start, step), Err(Error::Input { .. })), "{start} {step}");
         }
     }

@@ -13,10 +13,12 @@
 //! Scaling: K(s phi) = s K(phi), so u(s phi) = u(phi) / s. The best common factor of all stiffnesses is therefore known
 //! from inner products alone: 1/s = sum_c w_c^2 u_c.u_ref,c / sum_c w_c^2 |u_c|^2.
 
+use std::sync::Arc;
+
 use crate::calibration::objective::{Counts, Objective};
 use crate::dense::dot;
 use crate::error::{Error, Result};
-use crate::sparse::cholesky::Factor;
+use crate::sparse::cholesky::{Factor, Symbolic};
 use crate::springs::affine::AffineStiffness;
 
 /// The fixed part of a displacement problem, shared by its workers.
@@ -24,6 +26,8 @@ use crate::springs::affine::AffineStiffness;
 pub struct Target<'a> {
     /// K(phi) of the network with its groups.
     pub stiffness: &'a AffineStiffness,
+    /// The analysis of its pattern.
+    pub symbolic: &'a Arc<Symbolic>,
     /// Upper bounds of phi, length m.
     pub upper: &'a [f64],
     /// Forces of all load cases over the free dofs, one after the other (cases x n), in N.
@@ -59,7 +63,7 @@ impl<'a> Displacement<'a> {
     /// A worker with its own factor.
     pub fn new(target: Target<'a>) -> Self {
         Self {
-            factor: Factor::new(target.stiffness.symbolic().clone()),
+            factor: Factor::new(Arc::clone(target.symbolic)),
             phi: vec![0.0; target.upper.len()],
             scale: 1.0,
             displacement: vec![0.0; target.forces.len()],
@@ -82,7 +86,8 @@ impl<'a> Displacement<'a> {
     /// The error of the displacements divided by `scale`.
     fn distance(&self, scale: f64) -> f64 {
         let n = self.unknowns();
-        let cases = self.displacement.chunks_exact(n).zip(self.target.reference.chunks_exact(n)).zip(self.target.weights);
+        let cases =
+            self.displacement.chunks_exact(n).zip(self.target.reference.chunks_exact(n)).zip(self.target.weights);
         let square = |((u, reference), w): ((&[f64], &[f64]), &f64)| {
             w * w * u.iter().zip(reference).map(|(u, r)| (u / scale - r).powi(2)).sum::<f64>()
         };
