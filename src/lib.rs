@@ -6,10 +6,11 @@
 //! |---|---|
 //! | 2 | [`springs`]: networks, groups, the stiffness matrix K(phi) |
 //! | 1 | [`geometry`]: knots, patches, shapes, degrees of freedom |
-//! | 0 | [`error`], [`clock`] |
+//! | 0 | [`sparse`]: patterns, assembly, orders, Cholesky; [`error`], [`clock`] |
 #![warn(missing_docs)]
 
 pub mod clock;
 pub mod error;
 pub mod geometry;
+pub mod sparse;
 pub mod springs;
