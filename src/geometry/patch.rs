@@ -15,6 +15,9 @@ use super::grid::Grid;
 use super::knots::{KnotVector, MAX_DEGREE};
 use crate::error::{Error, Result};
 
+/// Most control points of a patch: three degrees of freedom each are numbered in u32, whose last value means "fixed".
+pub(super) const MAX_NODES: usize = (u32::MAX / 3) as usize - 1;
+
 /// A tensor-product NURBS patch in the plane or in space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
@@ -283,9 +286,8 @@ fn invert(m: &[[f64; 3]; 3]) -> ([[f64; 3]; 3], f64) {
 
 /// Refuses a list whose length is not the number of nodes.
 fn check_count(key: &str, what: &str, shape: &[usize], nodes: Option<usize>, given: usize) -> Result<()> {
-    // Node numbers are u32, and the last of them marks a fixed degree of freedom.
     match nodes {
-        Some(nodes) if nodes == given && nodes < (u32::MAX / 3) as usize => Ok(()),
+        Some(nodes) if nodes == given && nodes <= MAX_NODES => Ok(()),
         _ => {
             let message = format!("{given} {what}, but the knots make a grid of {shape:?} nodes");
             Err(Error::input(
