@@ -4,7 +4,7 @@
 //!
 //! | floor | rooms |
 //! |---|---|
-//! | 2 | [`springs`]: networks, groups, the stiffness matrix K(phi) |
+//! | 2 | [`reference`]: the elastic body, solved; [`springs`]: networks, groups, the stiffness matrix K(phi) |
 //! | 1 | [`geometry`]: knots, patches, shapes, degrees of freedom |
 //! | 0 | [`sparse`]: patterns, assembly, orders, Cholesky; [`error`], [`clock`] |
 #![warn(missing_docs)]
@@ -14,6 +14,7 @@ pub mod clock;
 pub mod dense;
 pub mod error;
 pub mod geometry;
+pub mod reference;
 pub mod rng;
 pub mod sparse;
 pub mod springs;
