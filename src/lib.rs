@@ -4,6 +4,7 @@
 //!
 //! | floor | rooms |
 //! |---|---|
+//! | 2 | [`springs`]: networks, groups, the stiffness matrix K(phi) |
 //! | 1 | [`geometry`]: knots, patches, shapes, degrees of freedom |
 //! | 0 | [`error`], [`clock`] |
 #![warn(missing_docs)]
@@ -11,3 +12,4 @@
 pub mod clock;
 pub mod error;
 pub mod geometry;
+pub mod springs;

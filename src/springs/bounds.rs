@@ -1,0 +1,101 @@
+//! How stiff a spring may become (4.19, 5.8).
+//!
+//! For a spring between the nodes i and j,
+//!
+//! ```text
+//! k_b = sqrt(d) E (1 + nu) max(V_i, V_j) / (2 l0^2),     V_i = n_i max_e V_e
+//! ```
+//!
+//! where e runs over the n_i grid cells that contain node i and V_e is the measure of a cell: its area by the shoelace
+//! formula times the thickness, or its trilinear volume. The bound of a group is the largest of its members; with the law
+//! "axial_rigidity" the largest k_b l0. Short springs get huge bounds. V in m^3, E in Pa, k in N/m.
+
+use crate::geometry::dofs::DofMap;
+use crate::geometry::grid::Grid;
+
+use super::grouping::Grouping;
+use super::network::Network;
+use super::weighting::Law;
+
+/// V_i of every node: the largest measure of the grid cells around it times their number, m^3.
+///
+/// `positions` in metres; `thickness` in metres (used in two dimensions only). Cells around tied nodes count for all of them.
+pub fn node_measures(grid: &Grid, positions: &[[f64; 3]], dofs: &DofMap, thickness: f64) -> Vec<f64> {
+    let mut largest = vec![0.0_f64; grid.len()];
+    let mut number = vec![0_u32; grid.len()];
+    for cell in grid.cells() {
+        let measure = match grid.dimension() {
+            2 => area(&cell, positions) * thickness,
+            _ => volume(&cell, positions),
+        };
+        for &corner in &cell {
+            let node = dofs.master(corner as usize);
+            largest[node] = largest[node].max(measure);
+            number[node] += 1;
+        }
+    }
+    (0..grid.len()).map(|node| dofs.master(node)).map(|node| largest[node] * f64::from(number[node])).collect()
+}
+
+/// k_b of every spring (4.19), N/m. `measures` is V_i of every node, m^3; `young` in Pa.
+pub fn spring_bounds(network: &Network, measures: &[f64], young: f64, poisson: f64) -> Vec<f64> {
+    let factor = (network.dimension as f64).sqrt() * young * (1.0 + poisson) / 2.0;
+    let bound =
+        |[a, b]: [u32; 2], length: f64| factor * measures[a as usize].max(measures[b as usize]) / length.powi(2);
+    network.springs.iter().map(|spring| bound(spring.nodes, spring.length)).collect()
+}
+
+/// Upper bound of the number of each group (5.8): N/m, or N with the law "axial_rigidity".
+///
+/// `bounds` is k_b of every spring, N/m.
+pub fn upper_bounds(network: &Network, grouping: &Grouping, bounds: &[f64], law: Law) -> Vec<f64> {
+    let mut upper = vec![0.0_f64; grouping.groups.len()];
+    for ((spring, &group), &bound) in network.springs.iter().zip(&grouping.group_of).zip(bounds) {
+        let value = match law {
+            Law::Stiffness => bound,
+            Law::AxialRigidity => bound * spring.length,
+        };
+        upper[group as usize] = upper[group as usize].max(value);
+    }
+    upper
+}
+
+/// Area of a quadrilateral in the plane z = 0, m^2; corners in C order.
+fn area(corners: &[u32], positions: &[[f64; 3]]) -> f64 {
+    let [a, b, c, d] = [0, 1, 3, 2].map(|corner| positions[corners[corner] as usize]);
+    let (p, q) = ([c[0] - a[0], c[1] - a[1]], [d[0] - b[0], d[1] - b[1]]);
+    (p[0] * q[1] - p[1] * q[0]).abs() / 2.0
+}
+
+/// Volume of a trilinear hexahedron, m^3: 2 x 2 x 2 Gauss points; corners in C order.
+fn volume(corners: &[u32], positions: &[[f64; 3]]) -> f64 {
+    let point = 0.5 - 0.5 / 3.0_f64.sqrt();
+    let mut total = 0.0;
+    for gauss in 0..8 {
+        let xi = [0, 1, 2].map(|a| if gauss >> (2 - a) & 1 == 0 { point } else { 1.0 - point });
+        total += determinant(jacobian(corners, positions, xi)) / 8.0;
+    }
+    total.abs()
+}
+
+/// dx_a / dxi_b of the trilinear map on the unit cube.
+fn jacobian(corners: &[u32], positions: &[[f64; 3]], xi: [f64; 3]) -> [[f64; 3]; 3] {
+    let mut dx = [[0.0; 3]; 3];
+    for (corner, &node) in corners.iter().enumerate() {
+        let upper = [0, 1, 2].map(|a| corner >> (2 - a) & 1 == 1);
+        let linear = |a: usize| if upper[a] { xi[a] } else { 1.0 - xi[a] };
+        for b in 0..3 {
+            let sign = if upper[b] { 1.0 } else { -1.0 };
+            let slope = sign * linear((b + 1) % 3) * linear((b + 2) % 3);
+            for (row, x) in dx.iter_mut().zip(positions[node as usize]) {
+                row[b] += slope * x;
+            }
+        }
+    }
+    dx
+}
+
+fn determinant(m: [[f64; 3]; 3]) -> f64 {
+    m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+        + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
+}
