@@ -4,12 +4,15 @@
 //!
 //! | floor | rooms |
 //! |---|---|
+//! | 4 | [`scene`]: the text of a user as checked settings |
 //! | 2 | [`springs`]: networks, groups, the stiffness matrix K(phi) |
 //! | 1 | [`geometry`]: knots, patches, shapes, degrees of freedom |
-//! | 0 | [`error`], [`clock`] |
+//! | 0 | [`sparse`]: patterns, assembly, orders, Cholesky; [`error`], [`clock`] |
 #![warn(missing_docs)]
 
 pub mod clock;
 pub mod error;
 pub mod geometry;
+pub mod scene;
+pub mod sparse;
 pub mod springs;

@@ -94,6 +94,12 @@ impl DofMap {
         (node as usize, component as usize)
     }
 
+    /// The free degrees of freedom in the order of their nodes in `nodes` (an elimination order of all nodes).
+    pub fn order(&self, nodes: &[u32]) -> Vec<u32> {
+        let masters = nodes.iter().map(|&node| node as usize).filter(|&node| self.master(node) == node);
+        masters.flat_map(|node| self.free(node)).copied().filter(|&dof| dof != FIXED).collect()
+    }
+
     /// Spreads a vector over the free degrees of freedom to all nodes, zero where fixed; shape nodes x 3.
     pub fn expand(&self, u: &[f64]) -> Vec<[f64; 3]> {
         (0..self.nodes())

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::shapes::{self, Shape};
+
 /// `[geometry]`: a shape by name, or a patch from a file; exactly one of the two.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -26,6 +28,13 @@ pub struct Geometry {
     pub degree: Option<Vec<usize>>,
     /// Joins control points at equal positions, as at the seam of the torus; default false: the body is slit there.
     pub merge_seam: bool,
+}
+
+impl Geometry {
+    /// The entry of the shape table, if a shape is given and known.
+    pub fn known_shape(&self) -> Option<&'static Shape> {
+        self.shape.as_deref().and_then(shapes::find)
+    }
 }
 
 /// `[material]`: isotropic linear elasticity.

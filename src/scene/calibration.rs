@@ -12,17 +12,17 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::choices::{OBJECTIVES, OPTIMISERS, names};
+use super::choices::names;
 
 /// `[calibration]`: objective, optimiser, sweep and seed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Calibration {
     /// What is made small (`springfit list objectives`).
-    #[schemars(extend("enum" = names(OBJECTIVES)))]
+    #[schemars(extend("enum" = names("calibration.objective")))]
     pub objective: String,
     /// How it is made small (`springfit list optimisers`).
-    #[schemars(extend("enum" = names(OPTIMISERS)))]
+    #[schemars(extend("enum" = names("calibration.optimiser")))]
     pub optimiser: String,
     /// Spread of the lengths in a group, above 0 and below 1: one number, or { start, step } for a sweep downwards.
     pub gamma: Gamma,
@@ -39,8 +39,8 @@ pub struct Calibration {
 impl Default for Calibration {
     fn default() -> Self {
         Self {
-            objective: OBJECTIVES[0].name.into(),
-            optimiser: OPTIMISERS[0].name.into(),
+            objective: "displacement".into(),
+            optimiser: "gauss_newton".into(),
             gamma: Gamma::Sweep(GammaSweep::default()),
             seed: 1,
             starts: 3,

@@ -4,10 +4,11 @@
 //! in the rooms below. Upper limits are there so that a slip of the keyboard costs a message, not the memory.
 
 use crate::error::{Error, Result};
+use crate::springs::grouping;
 
 use super::choices::{FACES, known, names};
 use super::load::LOAD_KINDS;
-use super::{Annealing, Axis, BoxRegion, Calibration, Dynamics, Gamma, GaussNewton, Geometry, Load, Scene};
+use super::{Annealing, BoxRegion, Calibration, Dynamics, Gamma, GammaSweep, GaussNewton, Geometry, Load, Plane, Scene};
 
 /// Most control points of a grid.
 const MOST_CONTROL_POINTS: usize = 100_000_000;
@@ -38,8 +39,8 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     if let Some(dynamics) = &scene.dynamics {
         check_dynamics(dynamics, scene.material.density)?;
     }
-    if let Some(dimension) = scene.geometry.dimension() {
-        check_dimension(scene, dimension)?;
+    if let Some(shape) = scene.geometry.known_shape() {
+        check_dimension(scene, shape.dimension)?;
     }
     Ok(warnings(scene))
 }
@@ -280,7 +281,7 @@ fn check_plane(scene: &Scene, dimension: usize) -> Result<()> {
         let help = format!("remove reference.{key}: it is for bodies in 2D");
         return Err(Error::input(format!("reference.{key}"), "the body is in 3D", help));
     }
-    let stress = dimension == 2 && reference.plane != Some(super::PlaneName::Strain);
+    let stress = dimension == 2 && reference.plane != Some(Plane::Strain);
     if scene.material.poisson < 0.5 || stress {
         return Ok(());
     }
@@ -288,10 +289,12 @@ fn check_plane(scene: &Scene, dimension: usize) -> Result<()> {
     Err(Error::input("material.poisson", message, "below 0.5; 0.5 itself only in plane stress"))
 }
 
+/// What is allowed but may not be meant.
 fn warnings(scene: &Scene) -> Vec<String> {
     let mut warnings = Vec::new();
-    if scene.dynamics.is_none() && scene.material.density.is_some() && scene.load.is_empty() {
-        warnings.clear();
+    let uses_gamma = grouping::find(&scene.springs.grouping).is_none_or(|rule| rule.uses_gamma);
+    if !uses_gamma && scene.calibration.gamma != Gamma::Sweep(GammaSweep::default()) {
+        warnings.push(format!("calibration.gamma has no effect on the grouping \"{}\"", scene.springs.grouping));
     }
     warnings
 }

@@ -3,6 +3,9 @@
 //! A table lists only what is built. A choice gets here with the code behind it.
 
 use crate::error::{Error, Result};
+use crate::springs::{grouping, topology};
+
+use super::shapes;
 
 /// A name that a scene may use, and what it means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,14 +29,26 @@ pub struct Kind {
 
 /// Every table, in the order of the scene.
 pub const KINDS: &[Kind] = &[
-    Kind { name: "shapes", key: "geometry.shape", choices: shapes },
+    Kind { name: "shapes", key: "geometry.shape", choices: shape_choices },
     Kind { name: "methods", key: "reference.method", choices: || METHODS.to_vec() },
-    Kind { name: "topologies", key: "springs.topology", choices: topologies },
-    Kind { name: "groupings", key: "springs.grouping", choices: groupings },
+    Kind { name: "topologies", key: "springs.topology", choices: topology_choices },
+    Kind { name: "groupings", key: "springs.grouping", choices: grouping_choices },
     Kind { name: "objectives", key: "calibration.objective", choices: || OBJECTIVES.to_vec() },
     Kind { name: "optimisers", key: "calibration.optimiser", choices: || OPTIMISERS.to_vec() },
     Kind { name: "integrators", key: "dynamics.integrator", choices: || INTEGRATORS.to_vec() },
 ];
+
+fn shape_choices() -> Vec<Choice> {
+    shapes::SHAPES.iter().map(|shape| Choice { name: shape.name, doc: shape.doc }).collect()
+}
+
+fn topology_choices() -> Vec<Choice> {
+    topology::TOPOLOGIES.iter().map(|topology| Choice { name: topology.name, doc: topology.doc }).collect()
+}
+
+fn grouping_choices() -> Vec<Choice> {
+    grouping::GROUPINGS.iter().map(|rule| Choice { name: rule.name, doc: rule.doc }).collect()
+}
 
 const METHODS: &[Choice] = &[Choice { name: "iga", doc: "isogeometric: the NURBS of the body carry the displacement" }];
 

@@ -24,6 +24,7 @@ mod overrides;
 mod parse;
 mod reference;
 mod resolve;
+pub mod shapes;
 mod springs;
 mod template;
 
@@ -37,9 +38,9 @@ pub use choices::{Choice, KINDS, Kind, find_kind};
 pub use load::{Load, PointForce, Traction};
 pub use located::{Located, Source};
 pub use parse::{Input, parse, read};
-pub use reference::{PlaneName, Reference};
+pub use reference::{Plane, Reference};
 pub use resolve::resolve;
-pub use springs::{Dynamics, LawName, MassesName, Springs, WeightingName};
+pub use springs::{Dynamics, Masses, Springs};
 pub use template::template;
 
 /// Everything a run needs to know; the top level of a scene file.

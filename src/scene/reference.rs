@@ -3,18 +3,18 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::choices::METHODS;
+use super::choices::names;
 
 /// `[reference]`: method and plane of the continuum model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Reference {
     /// Method of the continuum model (`springfit list methods`).
-    #[schemars(extend("enum" = super::choices::names(METHODS)))]
+    #[schemars(extend("enum" = names("reference.method")))]
     pub method: String,
     /// Plane assumption of a body in 2D; default stress. Not for 3D.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub plane: Option<PlaneName>,
+    pub plane: Option<Plane>,
     /// Thickness of a body in 2D in m, above 0; default 1. Not for 3D.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thickness: Option<f64>,
@@ -24,14 +24,14 @@ pub struct Reference {
 
 impl Default for Reference {
     fn default() -> Self {
-        Self { method: METHODS[0].name.into(), plane: None, thickness: None, extra_gauss_points: 0 }
+        Self { method: "iga".into(), plane: None, thickness: None, extra_gauss_points: 0 }
     }
 }
 
 /// What a body in 2D does across its thickness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum PlaneName {
+pub enum Plane {
     /// Free to contract: thin sheets.
     Stress,
     /// Held: long prisms.

@@ -1,6 +1,6 @@
 //! The scene with every default written out, as the result prints it.
 
-use super::{Axis, PlaneName, Scene};
+use super::{Axis, Plane, Scene};
 
 /// Fills in what depends on the body, of `dimension` 2 or 3: extents, control points and degree of a shape, the held
 /// components, and in 2D plane and thickness.
@@ -16,7 +16,7 @@ pub fn resolve(scene: &Scene, dimension: usize) -> Scene {
     }
     resolved.support.components.get_or_insert_with(|| Axis::ALL[..dimension].to_vec());
     if dimension == 2 {
-        resolved.reference.plane.get_or_insert(PlaneName::Stress);
+        resolved.reference.plane.get_or_insert(Plane::Stress);
         resolved.reference.thickness.get_or_insert(1.0);
     }
     resolved

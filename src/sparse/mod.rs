@@ -1,0 +1,15 @@
+//! Floor 0: sparse symmetric systems that are solved again and again on one pattern.
+//!
+//! | file | idea |
+//! |---|---|
+//! | [`pattern`] | which degrees of freedom couple: one CSR pattern, built once and shared |
+//! | [`assemble`] | element matrices into that pattern, in parallel, with the same bits for any number of threads |
+//! | [`ordering`] | elimination orders: nested dissection of a grid, minimum degree otherwise |
+//! | [`cholesky`] | analysed once ([`cholesky::Symbolic`], shared), factored and solved often ([`cholesky::Factor`], one a worker) |
+//! | [`backward_error`] | how well a solution satisfies its equations |
+
+pub mod assemble;
+pub mod backward_error;
+pub mod cholesky;
+pub mod ordering;
+pub mod pattern;
