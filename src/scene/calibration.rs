@@ -95,7 +95,7 @@ impl Gamma {
     pub(super) fn count(&self) -> usize {
         match self {
             Self::Fixed(_) => 1,
-            Self::Sweep(GammaSweep { start, step }) => (start / step - 1e-9).ceil() as usize,
+            Self::Sweep(GammaSweep { start, step }) => ((start / step - 1e-9).ceil() as usize).max(1),
         }
     }
 }

@@ -8,7 +8,9 @@ use crate::springs::grouping;
 
 use super::choices::{FACES, known, names};
 use super::load::LOAD_KINDS;
-use super::{Annealing, BoxRegion, Calibration, Dynamics, Gamma, GammaSweep, GaussNewton, Geometry, Load, Plane, Scene};
+use super::{
+    Annealing, BoxRegion, Calibration, Dynamics, Gamma, GammaSweep, GaussNewton, Geometry, Load, Plane, Scene,
+};
 
 /// Most control points of a grid.
 const MOST_CONTROL_POINTS: usize = 100_000_000;

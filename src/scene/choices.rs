@@ -68,8 +68,13 @@ const INTEGRATORS: &[Choice] =
 pub(super) const FACES: [&str; 6] = ["x-", "x+", "y-", "y+", "z-", "z+"];
 
 /// The table of this name, such as `shapes`.
-pub fn find_kind(name: &str) -> Option<&'static Kind> {
-    KINDS.iter().find(|kind| kind.name == name)
+///
+/// # Errors
+/// [`Error::Input`] that lists the tables there are.
+pub fn find_kind(name: &str) -> Result<&'static Kind> {
+    let names: Vec<&str> = KINDS.iter().map(|kind| kind.name).collect();
+    known("KIND", name, &names)?;
+    Ok(KINDS.iter().find(|kind| kind.name == name).unwrap_or(&KINDS[0]))
 }
 
 /// The names of the table that a scene key chooses from; empty for other keys.

@@ -99,11 +99,23 @@ mod tests {
         let document = Document::parse(TEXT).unwrap();
         let entries = entries(&document);
         let keys: Vec<&str> = entries.iter().map(|entry| entry.key.as_str()).collect();
-        let expected =
-            ["name", "a", "a.b", "a.b.c", "a.b.c[0]", "a.b.c[1]", "a.b.c[1].d", "l", "l[0]", "l[0].e", "l[1]", "l[1].f"];
+        let expected = [
+            "name",
+            "a",
+            "a.b",
+            "a.b.c",
+            "a.b.c[0]",
+            "a.b.c[1]",
+            "a.b.c[1].d",
+            "l",
+            "l[0]",
+            "l[0].e",
+            "l[1]",
+            "l[1].f",
+        ];
         assert_eq!(keys[..12], expected);
         for entry in &entries {
-            assert_eq!(nearest(&entries, &entry.key), Some(entry));
+            assert_eq!(nearest(&entries, &entry.key).map(|found| &found.name), Some(&entry.name));
         }
         let text = |key: &str| nearest(&entries, key).map(|entry| &TEXT[entry.value.clone()]);
         assert_eq!(text("l[1].f.g"), Some("2"));

@@ -51,6 +51,11 @@ pub struct PointForce {
 pub(super) const LOAD_KINDS: [&str; 4] = ["force_per_node", "traction", "body_force", "point"];
 
 impl Load {
+    /// A fitted case with the same force in N on every free control point.
+    pub fn force_per_node(force: Vec<f64>) -> Self {
+        Self { name: None, fit: true, force_per_node: Some(force), traction: None, body_force: None, point: None }
+    }
+
     /// The vector of the load, and its key inside the load table; `None` when the table names no kind.
     ///
     /// N, Pa or N/m^3 according to the kind; when several kinds are given, the first in the order of

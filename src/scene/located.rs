@@ -22,14 +22,14 @@ pub struct Source {
 }
 
 /// An error and, where it belongs to a key of the scene, the line it comes from.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Located {
     /// What went wrong.
     pub error: Error,
-    place: Option<Place>,
+    place: Option<Box<Place>>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Place {
     source: NamedSource<String>,
     span: Range<usize>,
@@ -55,7 +55,14 @@ impl Source {
         let end = self.text.len();
         let span = span.start.min(end)..span.end.min(end);
         let source = NamedSource::new(&self.name, self.text.clone());
-        Located { error, place: Some(Place { source, span, label }) }
+        Located { error, place: Some(Box::new(Place { source, span, label })) }
+    }
+}
+
+impl Located {
+    /// Exit status of the command line, see [`Error::exit_status`].
+    pub fn exit_status(&self) -> u8 {
+        self.error.exit_status()
     }
 }
 

@@ -14,7 +14,13 @@ use crate::error::{Error, Result};
 /// [`Error::Input`] when `set` is not KEY=VALUE, the value is not TOML, or the key leads through something that is
 /// neither a table nor an array.
 pub(super) fn apply(document: &mut DocumentMut, set: &str) -> Result<()> {
-    let wrong = |message: String| Error::input(format!("--set {set}"), message, "--set KEY=VALUE, as in --set springs.grouping=kind or --set load[0].fit=false");
+    let wrong = |message: String| {
+        Error::input(
+            format!("--set {set}"),
+            message,
+            "--set KEY=VALUE, as in --set springs.grouping=kind or --set load[0].fit=false",
+        )
+    };
     let (key, value) = set.split_once('=').ok_or_else(|| wrong("there is no \"=\"".into()))?;
     let steps: Vec<&str> = key.trim().split(['.', '[']).map(|step| step.trim_end_matches(']').trim()).collect();
     if steps.iter().any(|step| step.is_empty()) {

@@ -30,7 +30,7 @@ const LARGEST_FILE: u64 = 16 << 20;
 ///
 /// # Errors
 /// Whatever is wrong with the file or in it, with its line; exit status 2.
-pub fn read(path: &Path, sets: &[String]) -> std::result::Result<Input, Box<Located>> {
+pub fn read(path: &Path, sets: &[String]) -> std::result::Result<Input, Located> {
     let mut source = Source { name: path.display().to_string(), text: read_text(path).map_err(Located::from)? };
     if !sets.is_empty() {
         source.text = edit(&source, sets)?;
@@ -75,15 +75,15 @@ fn edit(source: &Source, sets: &[String]) -> std::result::Result<String, Located
 ///
 /// # Errors
 /// With its line: text that is not TOML, an unknown or missing key, a wrong type, a number that is not finite.
-pub fn parse(source: &Source) -> std::result::Result<Scene, Box<Located>> {
+pub fn parse(source: &Source) -> std::result::Result<Scene, Located> {
     let document = Document::parse(source.text.as_str()).map_err(|error| syntax(source, &error))?;
     let entries = entries(&document);
     if let Some(entry) = entries.iter().find(|entry| entry.float.is_some_and(|value| !value.is_finite())) {
         let text = &source.text[entry.value.clone()];
         let error = Error::input(&entry.key, format!("{text} is not a finite number"), "give a finite number");
-        return Err(source.place(error, entry.value.clone(), None).into());
+        return Err(source.place(error, entry.value.clone(), None));
     }
-    toml::from_str(&source.text).map_err(|error| Box::new(explain(source, &entries, &error)))
+    toml::from_str(&source.text).map_err(|error| explain(source, &entries, &error))
 }
 
 fn syntax(source: &Source, error: &toml_edit::TomlError) -> Located {
@@ -97,8 +97,11 @@ fn syntax(source: &Source, error: &toml_edit::TomlError) -> Located {
         "duplicate key" => "keep one of them",
         _ => "a line is KEY = VALUE, [TABLE] or [[load]]; strings need quotes",
     };
-    let error =
-        Error::File { path: source.name.as_str().into(), message: format!("line {line}: {message}"), help: help.into() };
+    let error = Error::File {
+        path: source.name.as_str().into(),
+        message: format!("line {line}: {message}"),
+        help: help.into(),
+    };
     source.place(error, span, None)
 }
 
@@ -153,7 +156,7 @@ fn quoted(message: &str) -> Vec<&str> {
 mod tests {
     use super::*;
 
-    fn scene(text: &str) -> std::result::Result<Scene, Box<Located>> {
+    fn scene(text: &str) -> std::result::Result<Scene, Located> {
         parse(&Source { name: "a.toml".into(), text: text.into() })
     }
 
