@@ -10,9 +10,12 @@
 //! | 0 | [`sparse`]: patterns, assembly, orders, Cholesky; [`error`], [`clock`] |
 #![warn(missing_docs)]
 
+pub mod calibration;
 pub mod clock;
+pub mod dense;
 pub mod error;
 pub mod geometry;
+pub mod rng;
 pub mod scene;
 pub mod sparse;
 pub mod springs;

@@ -1,4 +1,9 @@
 //! Floor 1: the body. Knots, bases, patches, refinement, shapes, grids of nodes and degrees of freedom.
 
+pub mod basis;
 pub mod dofs;
+pub mod gauss;
 pub mod grid;
+pub mod knots;
+pub mod patch;
+pub mod refine;

@@ -1,9 +1,8 @@
 //! `[calibration]`: how the spring stiffness is found.
 //!
 //! The gamma sweep (Algorithm 5.1) takes gamma = start, start - step, start - 2 step, ... while it is positive; every
-//! value gives a grouping, and equal groupings are solved once. Annealing (Algorithm 3.1) accepts a worse state with
-//! the probability exp(-rise / T) (Metropolis); the temperature falls geometrically, T -> cooling T, after a fixed
-//! number of moves, and the moves stay inside the bounds (5.8).
+//! value gives a grouping, and equal groupings are solved once. The defaults of the optimisers are those of
+//! [`Settings`].
 
 use std::fmt;
 
@@ -11,6 +10,10 @@ use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
+
+use crate::calibration::optimiser::Settings;
+use crate::calibration::sweep;
+use crate::error::{Error, Result};
 
 use super::choices::names;
 
@@ -43,7 +46,7 @@ impl Default for Calibration {
             optimiser: "gauss_newton".into(),
             gamma: Gamma::Sweep(GammaSweep::default()),
             seed: 1,
-            starts: 3,
+            starts: Settings::default().starts,
             annealing: Annealing::default(),
             gauss_newton: GaussNewton::default(),
         }
@@ -77,31 +80,24 @@ impl Default for GammaSweep {
 }
 
 impl Gamma {
-    /// The values, largest first. Rounded to 1e-12, so that 0.8 - 5 * 0.1 is 0.3.
-    pub fn values(&self) -> Vec<f64> {
+    /// The values, largest first.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a value outside (0, 1), a step that is not positive, or too many values.
+    pub fn values(&self) -> Result<Vec<f64>> {
         match self {
-            Self::Fixed(value) => vec![*value],
-            Self::Sweep(GammaSweep { start, step }) => (0..self.count())
-                .map(|i| {
-                    let value = start - i as f64 * step;
-                    let rounded = (value * 1e12).round() / 1e12;
-                    if rounded > 0.0 { rounded } else { value }
-                })
-                .collect(),
-        }
-    }
-
-    /// Number of values; a value that differs from zero by rounding only does not count.
-    pub(super) fn count(&self) -> usize {
-        match self {
-            Self::Fixed(_) => 1,
-            Self::Sweep(GammaSweep { start, step }) => ((start / step - 1e-9).ceil() as usize).max(1),
+            Self::Fixed(value) if *value > 0.0 && *value < 1.0 => Ok(vec![*value]),
+            Self::Fixed(value) => {
+                let help = "give a number above 0 and below 1, or { start = 0.8, step = 0.1 }";
+                Err(Error::input("calibration.gamma", format!("{value} is out of range"), help))
+            }
+            Self::Sweep(GammaSweep { start, step }) => sweep::gammas(*start, *step),
         }
     }
 }
 
 impl<'de> Deserialize<'de> for Gamma {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
         deserializer.deserialize_any(GammaVisitor)
     }
 }
@@ -116,27 +112,24 @@ impl<'de> Visitor<'de> for GammaVisitor {
         f.write_str("a number or { start = ..., step = ... }")
     }
 
-    fn visit_f64<E>(self, value: f64) -> Result<Gamma, E> {
+    fn visit_f64<E>(self, value: f64) -> std::result::Result<Gamma, E> {
         Ok(Gamma::Fixed(value))
     }
 
-    fn visit_i64<E>(self, value: i64) -> Result<Gamma, E> {
+    fn visit_i64<E>(self, value: i64) -> std::result::Result<Gamma, E> {
         Ok(Gamma::Fixed(value as f64))
     }
 
-    fn visit_u64<E>(self, value: u64) -> Result<Gamma, E> {
+    fn visit_u64<E>(self, value: u64) -> std::result::Result<Gamma, E> {
         Ok(Gamma::Fixed(value as f64))
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Gamma, A::Error> {
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<Gamma, A::Error> {
         GammaSweep::deserialize(MapAccessDeserializer::new(map)).map(Gamma::Sweep)
     }
 }
 
 /// `[calibration.annealing]`: bounded simulated annealing by independent chains.
-///
-/// Sources: Metropolis et al. (1953) for the acceptance, Kirkpatrick et al. (1983) for the first temperature and the
-/// geometric cooling, Corana et al. (1987) for moves that adapt their length and for the factor 0.85.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Annealing {
@@ -144,27 +137,16 @@ pub struct Annealing {
     pub chains: usize,
     /// Evaluations of the objective for each problem, all chains together.
     pub evaluations: usize,
-    /// First temperature in percent of error, above 0; absent: such that four of five worse first moves are accepted.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub initial_temperature: Option<f64>,
-    /// Factor on the temperature after each level, above 0 and below 1.
-    pub cooling: f64,
-    /// Moves of a chain at each temperature, at least 1.
-    pub moves_per_temperature: usize,
-    /// Largest first move as a share of the range between the bounds, above 0 and up to 1; it adapts at each level.
-    pub step: f64,
+    /// First temperature, as a fraction of the error at the start of a chain, above 0.
+    pub initial_temperature: f64,
+    /// Last temperature, as a fraction of the first, above 0 and below 1; it falls geometrically.
+    pub final_temperature: f64,
 }
 
 impl Default for Annealing {
     fn default() -> Self {
-        Self {
-            chains: 4,
-            evaluations: 5000,
-            initial_temperature: None,
-            cooling: 0.85,
-            moves_per_temperature: 20,
-            step: 0.2,
-        }
+        let Settings { chains, evaluations, initial_temperature, final_temperature, .. } = Settings::default();
+        Self { chains, evaluations: evaluations as usize, initial_temperature, final_temperature }
     }
 }
 
@@ -172,29 +154,15 @@ impl Default for Annealing {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct GaussNewton {
-    /// Largest number of iterations from each start, at least 1.
-    pub iterations: usize,
-    /// Stops when an iteration lowers the error by less than this share of it, above 0.
+    /// Factorisations that each start may spend, at least 1.
+    pub refactorisations: usize,
+    /// Stops when a step lowers the error by less than this fraction of it, above 0.
     pub tolerance: f64,
 }
 
 impl Default for GaussNewton {
     fn default() -> Self {
-        Self { iterations: 20, tolerance: 1e-8 }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn algorithm_5_1_sweep_stops_above_zero() {
-        let sweep = |start, step| Gamma::Sweep(GammaSweep { start, step });
-        assert_eq!(sweep(0.8, 0.1).values(), [0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1]);
-        assert_eq!(sweep(0.5, 0.2).values(), [0.5, 0.3, 0.1]);
-        assert_eq!(sweep(0.5, 0.9).values(), [0.5]);
-        assert_eq!(sweep(1e-13, 1.0).values(), [1e-13]);
-        assert_eq!(Gamma::Fixed(0.25).values(), [0.25]);
+        let Settings { refactorisations, tolerance, .. } = Settings::default();
+        Self { refactorisations: refactorisations as usize, tolerance }
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! A table lists only what is built. A choice gets here with the code behind it.
 
+use crate::calibration::optimiser;
 use crate::error::{Error, Result};
 use crate::springs::{grouping, topology};
 
@@ -34,7 +35,7 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "topologies", key: "springs.topology", choices: topology_choices },
     Kind { name: "groupings", key: "springs.grouping", choices: grouping_choices },
     Kind { name: "objectives", key: "calibration.objective", choices: || OBJECTIVES.to_vec() },
-    Kind { name: "optimisers", key: "calibration.optimiser", choices: || OPTIMISERS.to_vec() },
+    Kind { name: "optimisers", key: "calibration.optimiser", choices: optimiser_choices },
     Kind { name: "integrators", key: "dynamics.integrator", choices: || INTEGRATORS.to_vec() },
 ];
 
@@ -50,16 +51,14 @@ fn grouping_choices() -> Vec<Choice> {
     grouping::GROUPINGS.iter().map(|rule| Choice { name: rule.name, doc: rule.doc }).collect()
 }
 
+fn optimiser_choices() -> Vec<Choice> {
+    optimiser::OPTIMISERS.iter().map(|optimiser| Choice { name: optimiser.name, doc: optimiser.doc }).collect()
+}
+
 const METHODS: &[Choice] = &[Choice { name: "iga", doc: "isogeometric: the NURBS of the body carry the displacement" }];
 
 const OBJECTIVES: &[Choice] =
     &[Choice { name: "displacement", doc: "root mean square displacement error in percent of the largest (5.7)" }];
-
-const OPTIMISERS: &[Choice] = &[
-    Choice { name: "gauss_newton", doc: "damped Gauss-Newton with the exact Jacobian, several starts" },
-    Choice { name: "annealing", doc: "bounded simulated annealing (Algorithm 3.1), independent chains" },
-    Choice { name: "hybrid", doc: "annealing, then Gauss-Newton from its best states" },
-];
 
 const INTEGRATORS: &[Choice] =
     &[Choice { name: "leapfrog", doc: "the explicit scheme the masses and damping are meant for" }];

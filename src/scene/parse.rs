@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn the_smallest_scene_has_every_default() {
         let scene = scene("[material]\nyoung = 1\npoisson = 0\n").unwrap();
-        assert_eq!(scene.calibration.gamma.values().len(), 8);
+        assert_eq!(scene.calibration.gamma.values().unwrap().len(), 8);
         assert_eq!(scene.calibration.annealing.evaluations, 5000);
         assert_eq!(scene.springs.grouping, "length");
         assert_eq!(scene.dynamics, None);

@@ -257,6 +257,28 @@ impl Factor {
         }
     }
 
+    /// The unknown with the smallest pivot relative to its diagonal entry, and that ratio L_jj^2 / A_jj in (0, 1]. The
+    /// ratio is at least 1 / cond(A); at rounding (about 1e-16) the matrix is singular and the unknown is loose.
+    pub fn weakest_pivot(&self) -> (usize, f64) {
+        let s = &*self.symbolic;
+        let (begin, end, values) =
+            (s.supernodes.supernode_begin(), s.supernodes.supernode_end(), s.supernodes.col_ptr_for_val());
+        let mut weakest = (0, f64::INFINITY);
+        for (node, (&first, &last)) in begin.iter().zip(end).enumerate() {
+            let width = (last - first) as usize;
+            let block = &self.factor[values[node] as usize..values[node + 1] as usize];
+            let height = block.len() / width;
+            for (offset, j) in (first as usize..last as usize).enumerate() {
+                let ratio = block[offset * height + offset].powi(2) / self.lower[s.lower_starts()[j] as usize];
+                // a pivot that is not a number is weaker than any
+                if ratio.is_nan() || ratio < weakest.1 {
+                    weakest = (s.order[j] as usize, ratio);
+                }
+            }
+        }
+        weakest
+    }
+
     /// Solves A X = B for `b.len() / n` columns (column-major, n x m) with the last factor, and refines each column once
     /// where needed. Returns the largest componentwise backward error.
     ///
@@ -405,6 +427,18 @@ mod tests {
         updated.load(&first);
         updated.refactor().expect("a positive definite matrix");
         assert_eq!(solve(&mut updated), before);
+    }
+
+    #[test]
+    fn the_weakest_pivot_tells_a_loose_matrix_from_a_stiff_one() {
+        let (pattern, mut matrix) = grid_matrix(6, 5, 0.3);
+        let order = ordering::nested_dissection([6, 5, 1], 1, [false; 3]);
+        let symbolic = Symbolic::analyse(&pattern, order).expect("a small pattern");
+        assert!(factored(&symbolic, &matrix).weakest_pivot().1 > 1e-3);
+        matrix.values_mut()[0] -= 1.0 - 1e-14;
+        let mut factor = Factor::new(Arc::clone(&symbolic));
+        factor.load(&matrix);
+        assert!(factor.refactor().is_err() || factor.weakest_pivot().1 < 1e-13);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! into m groups; [`weighting`] says what one number phi_a of a group means for a spring, k_s = phi_a w_s; [`bounds`]
 //! limits phi; [`affine`] turns phi into the stiffness matrix. [`masses`] and [`damping`] are for bodies that move.
 
+pub mod affine;
 pub mod bounds;
 pub mod damping;
 pub mod grouping;

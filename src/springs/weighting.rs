@@ -10,6 +10,7 @@
 //! with c_s the number of grid cells that contain the spring (weighting "cells": as when every cell assembles its own
 //! springs, the reading that agrees with (3.13)) or 1 (weighting "springs").
 
+use super::grouping::Grouping;
 use super::network::{Network, Spring};
 
 /// How often a spring counts.
@@ -49,4 +50,13 @@ pub fn coefficient(spring: &Spring, weighting: Weighting, law: Law) -> f64 {
 /// w_s of all springs, one each.
 pub fn coefficients(network: &Network, weighting: Weighting, law: Law) -> Vec<f64> {
     network.springs.iter().map(|spring| coefficient(spring, weighting, law)).collect()
+}
+
+/// k_s of all springs, N/m: what one simulates with. `coefficients` is w_s of every spring, `phi` one number a group.
+///
+/// # Panics
+/// When there is not one coefficient for every spring.
+pub fn stiffness(grouping: &Grouping, coefficients: &[f64], phi: &[f64]) -> Vec<f64> {
+    assert_eq!(grouping.group_of.len(), coefficients.len(), "one coefficient for every spring");
+    grouping.group_of.iter().zip(coefficients).map(|(&group, w)| phi[group as usize] * w).collect()
 }

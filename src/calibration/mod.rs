@@ -1,0 +1,15 @@
+//! Floor 3: find the stiffness phi of the spring groups.
+//!
+//! | file | idea |
+//! |---|---|
+//! | [`objective`] | what is minimised, as an optimiser sees it: error, residual, Jacobian, bounds |
+//! | [`objectives`] | the distances between network and continuum |
+//! | [`optimiser`] | what every optimiser is given and gives back; their table |
+//! | [`optimisers`] | annealing, Gauss-Newton, hybrid |
+//! | [`sweep`] | Algorithm 5.1: groupings over gamma, equal ones solved once |
+
+pub mod objective;
+pub mod objectives;
+pub mod optimiser;
+pub mod optimisers;
+pub mod sweep;

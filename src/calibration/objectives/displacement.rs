@@ -1,0 +1,194 @@
+//! The displacement objective (5.7): the network shall move as the continuum does under the same forces.
+//!
+//! u(phi) = K(phi)^-1 f; for load case c with reference displacement u_ref
+//!
+//! e_c = 100 sqrt(mean_i |u_ref,i - u_i|^2) / max_i |u_ref,i|      over all n_p control points, fixed ones included,
+//!
+//! and e = sqrt(mean_c e_c^2). As a residual vector: r = w_c (u_c - u_ref,c) with w_c = 100 / (max |u_ref,c| sqrt(n_p
+//! n_c)), so e = |r|.
+//!
+//! Its Jacobian is exact: K is linear in phi, K = sum_a phi_a K_a, hence du/dphi_a = -K^-1 K_a u, with the factor that
+//! gave u. And sum_a phi_a du/dphi_a = -u: one column follows from the others and costs no solve.
+//!
+//! Scaling: K(s phi) = s K(phi), so u(s phi) = u(phi) / s. The best common factor of all stiffnesses is therefore known
+//! from inner products alone: 1/s = sum_c w_c^2 u_c.u_ref,c / sum_c w_c^2 |u_c|^2.
+
+use std::sync::Arc;
+
+use crate::calibration::objective::{Counts, Objective};
+use crate::dense::dot;
+use crate::error::{Error, Result};
+use crate::sparse::cholesky::{Factor, Symbolic};
+use crate::springs::affine::AffineStiffness;
+
+/// The fixed part of a displacement problem, shared by its workers.
+#[derive(Clone, Copy)]
+pub struct Target<'a> {
+    /// K(phi) of the network with its groups.
+    pub stiffness: &'a AffineStiffness,
+    /// The analysis of its pattern.
+    pub symbolic: &'a Arc<Symbolic>,
+    /// Upper bounds of phi, length m.
+    pub upper: &'a [f64],
+    /// Forces of all load cases over the free dofs, one after the other (cases x n), in N.
+    pub forces: &'a [f64],
+    /// Reference displacements, like the forces, in m.
+    pub reference: &'a [f64],
+    /// Weight w_c of each case, in percent per metre; see [`weights`].
+    pub weights: &'a [f64],
+}
+
+/// The weights w_c that turn displacement differences into percent (5.7).
+///
+/// `largest[c]`: max_i |u_ref,i| of case c in m; `nodes`: the number n_p of control points.
+pub fn weights(largest: &[f64], nodes: usize) -> Vec<f64> {
+    let count = (nodes * largest.len()) as f64;
+    largest.iter().map(|u| 100.0 / (u * count.sqrt())).collect()
+}
+
+/// One worker of a displacement problem.
+pub struct Displacement<'a> {
+    target: Target<'a>,
+    factor: Factor,
+    phi: Vec<f64>,
+    /// K(phi) is this times the matrix that `factor` holds.
+    scale: f64,
+    displacement: Vec<f64>,
+    right: Vec<f64>,
+    solved: Vec<f64>,
+    counts: Counts,
+}
+
+impl<'a> Displacement<'a> {
+    /// A worker with its own factor.
+    pub fn new(target: Target<'a>) -> Self {
+        Self {
+            factor: Factor::new(Arc::clone(target.symbolic)),
+            phi: vec![0.0; target.upper.len()],
+            scale: 1.0,
+            displacement: vec![0.0; target.forces.len()],
+            right: Vec::new(),
+            solved: Vec::new(),
+            counts: Counts::default(),
+            target,
+        }
+    }
+
+    /// Displacements of all cases at the last phi, like the forces (cases x n), in m.
+    pub fn displacement(&self) -> &[f64] {
+        &self.displacement
+    }
+
+    fn unknowns(&self) -> usize {
+        self.factor.symbolic().len()
+    }
+
+    /// The error of the displacements divided by `scale`.
+    fn distance(&self, scale: f64) -> f64 {
+        let n = self.unknowns();
+        let cases =
+            self.displacement.chunks_exact(n).zip(self.target.reference.chunks_exact(n)).zip(self.target.weights);
+        let square = |((u, reference), w): ((&[f64], &[f64]), &f64)| {
+            w * w * u.iter().zip(reference).map(|(u, r)| (u / scale - r).powi(2)).sum::<f64>()
+        };
+        cases.map(square).sum::<f64>().sqrt()
+    }
+
+    /// The column of the Jacobian that costs no solve: the group that carries the most.
+    fn free_column(&self, applied: &[f64]) -> Option<usize> {
+        let share = |a: usize| self.phi[a] * applied[a];
+        (0..self.phi.len()).filter(|&a| share(a) > 0.0).max_by(|&a, &b| share(a).total_cmp(&share(b)))
+    }
+
+    /// Columns w_c du_c/dphi_a of one case, written with stride into the Jacobian.
+    fn differentiate(&mut self, case: usize, rows: usize, jacobian: &mut [f64]) -> Result<()> {
+        let (n, m) = (self.unknowns(), self.phi.len());
+        let u = &self.displacement[case * n..(case + 1) * n];
+        self.right.resize(n * m, 0.0);
+        self.solved.resize(n * m, 0.0);
+        let mut applied = vec![0.0; m];
+        for (a, column) in self.right.chunks_exact_mut(n).enumerate() {
+            self.target.stiffness.apply(a, u, column);
+            applied[a] = dot(column, column).sqrt();
+        }
+        let free = self.free_column(&applied);
+        let columns: Vec<usize> = (0..m).filter(|&a| Some(a) != free).collect();
+        if let Some(free) = free {
+            self.right.copy_within((free + 1) * n.., free * n);
+        }
+        let count = columns.len() * n;
+        self.factor.solve(&self.right[..count], &mut self.solved[..count])?;
+        self.counts.solves += columns.len() as u64;
+        let weight = self.target.weights[case];
+        let mut rest: Vec<f64> = u.iter().map(|u| -u * weight).collect();
+        for (&a, solved) in columns.iter().zip(self.solved.chunks_exact(n)) {
+            let column = &mut jacobian[a * rows + case * n..a * rows + (case + 1) * n];
+            for ((entry, solved), rest) in column.iter_mut().zip(solved).zip(&mut rest) {
+                *entry = -weight * solved / self.scale;
+                *rest -= self.phi[a] * *entry;
+            }
+        }
+        if let Some(free) = free {
+            for (entry, rest) in jacobian[free * rows + case * n..].iter_mut().zip(&rest) {
+                *entry = rest / self.phi[free];
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Objective for Displacement<'_> {
+    fn error(&mut self, phi: &[f64]) -> Result<f64> {
+        self.counts.evaluations += 1;
+        self.counts.refactorisations += 1;
+        self.phi.copy_from_slice(phi);
+        self.scale = 1.0;
+        self.target.stiffness.assemble_into(phi, self.factor.values_mut());
+        let outcome =
+            self.factor.refactor().and_then(|()| self.factor.solve(self.target.forces, &mut self.displacement));
+        if let Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) = outcome {
+            self.counts.rejected += 1;
+        }
+        outcome?;
+        self.counts.solves += self.target.weights.len() as u64;
+        Ok(self.distance(1.0))
+    }
+
+    fn fit_scale(&mut self, phi: &mut [f64]) -> f64 {
+        let n = self.unknowns();
+        let (mut with_reference, mut with_itself) = (0.0, 0.0);
+        let cases = self.displacement.chunks_exact(n).zip(self.target.reference.chunks_exact(n));
+        for ((u, reference), w) in cases.zip(self.target.weights) {
+            with_reference += w * w * dot(u, reference);
+            with_itself += w * w * dot(u, u);
+        }
+        let largest = self.phi.iter().zip(self.target.upper).fold(f64::INFINITY, |s, (p, u)| s.min(u / p));
+        // displacements that point away from the reference have no best positive factor: leave them
+        let best = if with_reference > 0.0 { (with_itself / with_reference).min(largest) } else { 1.0 };
+        for (p, upper) in self.phi.iter_mut().zip(self.target.upper) {
+            *p = (*p * best).min(*upper);
+        }
+        self.displacement.iter_mut().for_each(|u| *u /= best);
+        self.scale *= best;
+        phi.copy_from_slice(&self.phi);
+        self.distance(1.0)
+    }
+
+    fn linearise(&mut self, residual: &mut Vec<f64>, jacobian: &mut Vec<f64>) -> Result<()> {
+        let n = self.unknowns();
+        let rows = self.displacement.len();
+        residual.clear();
+        for (case, w) in self.target.weights.iter().enumerate() {
+            let range = case * n..(case + 1) * n;
+            let pairs = self.displacement[range.clone()].iter().zip(&self.target.reference[range]);
+            residual.extend(pairs.map(|(u, reference)| w * (u - reference)));
+        }
+        jacobian.clear();
+        jacobian.resize(rows * self.phi.len(), 0.0);
+        (0..self.target.weights.len()).try_for_each(|case| self.differentiate(case, rows, jacobian))
+    }
+
+    fn counts(&self) -> Counts {
+        self.counts
+    }
+}

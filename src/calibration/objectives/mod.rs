@@ -1,0 +1,3 @@
+//! The distances between network and continuum.
+
+pub mod displacement;

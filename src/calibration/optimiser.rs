@@ -1,0 +1,143 @@
+//! What every optimiser is given and gives back, and the table of optimisers.
+
+use crate::calibration::objective::{Counts, Problem};
+use crate::calibration::optimisers::{annealing, gauss_newton, hybrid};
+use crate::error::Result;
+
+/// Settings of all optimisers; each reads what concerns it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Starting points of Gauss-Newton.
+    pub starts: usize,
+    /// Factorisations a start may spend.
+    pub refactorisations: u64,
+    /// Gauss-Newton ends when a step lowers the error by less than this fraction.
+    pub tolerance: f64,
+    /// Independent annealing chains.
+    pub chains: usize,
+    /// Evaluations of all chains of one problem together.
+    pub evaluations: u64,
+    /// First temperature, as a fraction of the error at the start of a chain.
+    pub initial_temperature: f64,
+    /// Last temperature, as a fraction of the first.
+    pub final_temperature: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            starts: 3,
+            refactorisations: 20,
+            tolerance: 1e-6,
+            chains: 4,
+            evaluations: 5000,
+            initial_temperature: 0.1,
+            final_temperature: 1e-4,
+        }
+    }
+}
+
+/// Why an optimiser stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// Further steps would lower the error by less than the tolerance.
+    Converged,
+    /// No step along the model lowered the error.
+    NoDescent,
+    /// The factorisations of a start were spent.
+    RefactorisationLimit,
+    /// The evaluations were spent.
+    EvaluationLimit,
+}
+
+impl Stop {
+    /// The name in a result.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::NoDescent => "no_descent",
+            Self::RefactorisationLimit => "refactorisation_limit",
+            Self::EvaluationLimit => "evaluation_limit",
+        }
+    }
+}
+
+/// One point of the history of a start or chain: work done and best error so far.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TracePoint {
+    /// Seconds since the start or chain began.
+    pub seconds: f64,
+    /// Factorisations of this start or chain so far.
+    pub refactorisations: u64,
+    /// Smallest error so far, percent.
+    pub error: f64,
+}
+
+/// What one start or chain found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Best stiffnesses, length m.
+    pub phi: Vec<f64>,
+    /// Error there, percent.
+    pub error: f64,
+    /// Why it ended.
+    pub stop: Stop,
+    /// Work done by all starts and chains that this outcome stands for.
+    pub counts: Counts,
+    /// History of the start or chain that found it.
+    pub trace: Vec<TracePoint>,
+}
+
+/// The best of several outcomes, with the work of all of them; the first of equals.
+///
+/// # Panics
+/// When there is none.
+pub fn best(outcomes: Vec<Outcome>) -> Outcome {
+    let mut total = Counts::default();
+    outcomes.iter().for_each(|outcome| total += outcome.counts);
+    let mut best = outcomes
+        .into_iter()
+        .reduce(|best, next| if next.error < best.error { next } else { best })
+        .expect("an optimiser has at least one start");
+    best.counts = total;
+    best
+}
+
+/// An optimiser as a scene names it.
+pub struct Optimiser {
+    /// Name in the scene.
+    pub name: &'static str,
+    /// One line for `list`.
+    pub doc: &'static str,
+    /// Runs all starts or chains of one problem.
+    pub run: fn(&Problem, &Settings) -> Result<Outcome>,
+    /// Evaluations a problem takes at most, for the progress bar.
+    pub expected_evaluations: fn(&Settings) -> u64,
+}
+
+/// All optimisers.
+pub const OPTIMISERS: &[Optimiser] = &[
+    Optimiser {
+        name: "gauss_newton",
+        doc: "damped Gauss-Newton with the exact Jacobian and bounds, from several starts",
+        run: gauss_newton::run,
+        expected_evaluations: |settings| settings.starts as u64 * settings.refactorisations,
+    },
+    Optimiser {
+        name: "annealing",
+        doc: "simulated annealing (Algorithm 3.1), independent chains",
+        run: annealing::run,
+        expected_evaluations: |settings| settings.evaluations,
+    },
+    Optimiser {
+        name: "hybrid",
+        doc: "annealing, then Gauss-Newton from the best state of each chain",
+        run: hybrid::run,
+        expected_evaluations: |settings| settings.evaluations + settings.chains as u64 * settings.refactorisations,
+    },
+];
+
+/// The optimiser of this name.
+pub fn find(name: &str) -> Option<&'static Optimiser> {
+    OPTIMISERS.iter().find(|optimiser| optimiser.name == name)
+}

@@ -1,0 +1,216 @@
+//! Damped Gauss-Newton (Levenberg-Marquardt) with the exact Jacobian and bounds.
+//!
+//! With r(phi + d) ~ r + J d the step solves
+//!
+//! min |r + J d|^2 + lambda |D d|^2,   0 <= phi + d <= upper,   D = the column norms of J,
+//!
+//! a convex quadratic in a box. A step that lowers the error is taken and lambda falls with how well the model
+//! predicted the gain (H. B. Nielsen, Tech. Univ. of Denmark, 1999); one that does not is thrown away and lambda grows.
+//! Every trial costs one factorisation; the Jacobian at an accepted trial reuses it.
+//!
+//! Stiffness acts by its inverse, so far from the solution a straight step in phi overshoots below zero. Steps are
+//! therefore taken in x with phi = c sinh(x): logarithmic where phi is much larger than c, linear near the bound 0,
+//! where the logarithm would stall. After each trial the best common factor of all stiffnesses is applied, which costs
+//! nothing.
+
+use rayon::prelude::*;
+
+use crate::calibration::objective::{Objective, Problem};
+use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint, best};
+use crate::clock::Stopwatch;
+use crate::dense;
+use crate::error::{Error, Result};
+use crate::rng::Stream;
+
+/// Fraction of the upper bounds where the first start begins.
+const START: f64 = 0.1;
+
+/// The stiffness c of the chart phi = c sinh(x), as a fraction of the median stiffness where a start begins.
+const LINEAR_BELOW: f64 = 0.05;
+
+/// First damping, relative to the squared column norms.
+const DAMPING: f64 = 1e-2;
+
+/// Damping at which a start gives up.
+const LARGEST_DAMPING: f64 = 1e10;
+
+/// Runs all starts and returns the best.
+///
+/// # Errors
+/// When no start has a positive definite K, or on interruption.
+pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
+    let starts = 0..settings.starts.max(1);
+    let outcomes: Vec<Result<Outcome>> =
+        starts.into_par_iter().map(|s| descend(problem, settings, &start(problem, s))).collect();
+    let mut found = Vec::new();
+    let mut failure = None;
+    for outcome in outcomes {
+        match outcome {
+            Ok(outcome) => found.push(outcome),
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            Err(error) => failure = Some(error),
+        }
+    }
+    match failure {
+        Some(error) if found.is_empty() => Err(error),
+        _ => Ok(best(found)),
+    }
+}
+
+/// Where a start begins: a tenth of the bounds, then one stiffness for all groups, then anywhere within three decades
+/// below the bounds.
+fn start(problem: &Problem, index: usize) -> Vec<f64> {
+    let smallest = problem.upper.iter().fold(f64::INFINITY, |a, b| a.min(*b));
+    let mut stream = Stream::new(problem.seed, problem.index, index);
+    let place = |upper: &f64| match index {
+        0 => START * upper,
+        1 => START * smallest,
+        _ => upper * 10f64.powf(-3.0 * stream.uniform()),
+    };
+    problem.upper.iter().map(place).collect()
+}
+
+/// Gauss-Newton from one point.
+///
+/// # Errors
+/// When K is not positive definite there, or on interruption.
+pub fn descend(problem: &Problem, settings: &Settings, from: &[f64]) -> Result<Outcome> {
+    let clock = Stopwatch::start();
+    let mut objective = (problem.make)();
+    let mut phi = from.to_vec();
+    objective.error(&phi)?;
+    let mut error = objective.fit_scale(&mut phi);
+    let mut descent = Descent::new(&phi, problem.upper);
+    let mut trace = vec![point(&clock, objective.as_ref(), error)];
+    let stop = loop {
+        problem.progress.check()?;
+        if descent.resolved(error) {
+            break Stop::Converged;
+        }
+        objective.linearise(&mut descent.residual, &mut descent.jacobian)?;
+        descent.model(&phi);
+        let before = error;
+        let stop = loop {
+            if objective.counts().refactorisations >= settings.refactorisations {
+                break Some(Stop::RefactorisationLimit);
+            }
+            let Some((trial, predicted)) = descent.step(&phi, problem.upper) else {
+                descent.damp();
+                if descent.damping > LARGEST_DAMPING {
+                    break Some(Stop::NoDescent);
+                }
+                continue;
+            };
+            problem.progress.advance(1);
+            let mut trial_phi = trial;
+            let tried = match objective.error(&trial_phi) {
+                Ok(_) => objective.fit_scale(&mut trial_phi),
+                Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) => f64::INFINITY,
+                Err(other) => return Err(other),
+            };
+            if tried < error {
+                descent.trust((error * error - tried * tried) / predicted);
+                phi = trial_phi;
+                error = tried;
+                break None;
+            }
+            descent.damp();
+            if predicted <= settings.tolerance * error * error || descent.damping > LARGEST_DAMPING {
+                break Some(Stop::NoDescent);
+            }
+        };
+        trace.push(point(&clock, objective.as_ref(), error));
+        if let Some(stop) = stop {
+            break stop;
+        }
+        if before - error <= settings.tolerance * before && descent.damping <= DAMPING {
+            break Stop::Converged;
+        }
+    };
+    Ok(Outcome { phi, error, stop, counts: objective.counts(), trace })
+}
+
+fn point(clock: &Stopwatch, objective: &dyn Objective, error: f64) -> TracePoint {
+    TracePoint { seconds: clock.seconds(), refactorisations: objective.counts().refactorisations, error }
+}
+
+/// The local model and the damping of one start.
+struct Descent {
+    /// c of the chart phi = c sinh(x).
+    chart: f64,
+    residual: Vec<f64>,
+    jacobian: Vec<f64>,
+    /// J^T J in x, m x m.
+    gram: Vec<f64>,
+    /// J^T r in x.
+    gradient: Vec<f64>,
+    damping: f64,
+    growth: f64,
+}
+
+impl Descent {
+    fn new(phi: &[f64], upper: &[f64]) -> Self {
+        let mut sorted: Vec<f64> = phi.iter().copied().filter(|p| *p > 0.0).collect();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted.get(sorted.len() / 2).copied().unwrap_or(upper[0]);
+        Self {
+            chart: LINEAR_BELOW * median,
+            residual: vec![],
+            jacobian: vec![],
+            gram: vec![],
+            gradient: vec![],
+            damping: DAMPING,
+            growth: 2.0,
+        }
+    }
+
+    /// True when the error is at the rounding of displacements (percent of the largest).
+    fn resolved(&self, error: f64) -> bool {
+        error < 1e-12
+    }
+
+    /// Forms J^T J and J^T r in the coordinates of the chart.
+    fn model(&mut self, phi: &[f64]) {
+        let rows = self.residual.len();
+        for (column, p) in self.jacobian.chunks_exact_mut(rows).zip(phi) {
+            let slope = (p * p + self.chart * self.chart).sqrt();
+            column.iter_mut().for_each(|entry| *entry *= slope);
+        }
+        self.gram = dense::gram(&self.jacobian, rows, phi.len());
+        self.gradient = dense::transposed_product(&self.jacobian, &self.residual);
+    }
+
+    /// The damped step from `phi` inside the bounds and the gain in squared error that the model predicts; `None` when
+    /// the damped matrix is not positive definite or nothing moves.
+    fn step(&self, phi: &[f64], upper: &[f64]) -> Option<(Vec<f64>, f64)> {
+        let m = phi.len();
+        let largest = (0..m).fold(0.0_f64, |a, i| a.max(self.gram[i * m + i]));
+        let mut damped = self.gram.clone();
+        for i in 0..m {
+            damped[i * m + i] += self.damping * self.gram[i * m + i].max(1e-12 * largest);
+        }
+        let x: Vec<f64> = phi.iter().map(|p| (p / self.chart).asinh()).collect();
+        let down: Vec<f64> = x.iter().map(|x| -x).collect();
+        let up: Vec<f64> = upper.iter().zip(&x).map(|(u, x)| ((u / self.chart).asinh() - x).max(0.0)).collect();
+        let d = dense::minimise_in_box(&damped, &self.gradient, &down, &up)?;
+        let quadratic: f64 = (0..m).map(|i| d[i] * dense::dot(&self.gram[i * m..(i + 1) * m], &d)).sum();
+        let predicted = -2.0 * dense::dot(&self.gradient, &d) - quadratic;
+        if predicted.is_nan() || predicted <= 0.0 {
+            return None;
+        }
+        let moved = |i: usize| ((x[i] + d[i]).sinh() * self.chart).clamp(0.0, upper[i]);
+        Some(((0..m).map(moved).collect(), predicted))
+    }
+
+    /// After a step that failed.
+    fn damp(&mut self) {
+        self.damping *= self.growth;
+        self.growth *= 2.0;
+    }
+
+    /// After a step that gained `ratio` times what the model predicted.
+    fn trust(&mut self, ratio: f64) {
+        self.damping *= (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(0.1, 2.0);
+        self.growth = 2.0;
+    }
+}

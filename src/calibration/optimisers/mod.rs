@@ -1,0 +1,5 @@
+//! Ways to find the smallest error.
+
+pub mod annealing;
+pub mod gauss_newton;
+pub mod hybrid;

@@ -1,0 +1,113 @@
+//! The gamma sweep (Algorithm 5.1): calibrate for gamma = start, start - step, ... while positive, keep the best.
+//!
+//! Small gammas make many small groups, large ones few large groups. Two gammas that give the same groups are the same
+//! problem: it is solved once, and both rows of the table show it. The distinct problems are independent and run in
+//! parallel, each with its own random streams.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::calibration::objective::{Objective, Problem};
+use crate::calibration::objectives::displacement::{Displacement, Target};
+use crate::calibration::optimiser::{Optimiser, Outcome, Settings};
+use crate::clock::Progress;
+use crate::error::{Error, Result};
+use crate::sparse::cholesky::Symbolic;
+use crate::springs::affine::AffineStiffness;
+use crate::springs::grouping::Grouping;
+
+/// The values start, start - step, ... above 0, descending.
+///
+/// # Errors
+/// When start is not in (0, 1), or step is not positive, or more than 1,000 values would come.
+pub fn gammas(start: f64, step: f64) -> Result<Vec<f64>> {
+    if !(start > 0.0 && start < 1.0) {
+        return Err(Error::input(
+            "calibration.gamma.start",
+            format!("gamma starts at {start}"),
+            "a number between 0 and 1, both excluded",
+        ));
+    }
+    if step.is_nan() || step < start / 1000.0 {
+        let help = format!("a positive number, at least {:e} (a sweep has at most 1,000 values)", start / 1000.0);
+        return Err(Error::input("calibration.gamma.step", format!("the step is {step}"), help));
+    }
+    // counted, so that rounding can neither add a value near zero nor loop for ever
+    let count = (start / step - 1e-9).ceil() as usize;
+    // to 12 digits, so that 0.8 - 7 * 0.1 is the 0.1 that a user would write
+    let rounded = |value: f64| if value > 1e-9 { (value * 1e12).round() / 1e12 } else { value };
+    Ok((0..count).map(|i| rounded(start - i as f64 * step)).collect())
+}
+
+/// For each grouping the index of the first equal one.
+pub fn first_equal(groupings: &[Grouping]) -> Vec<usize> {
+    (0..groupings.len()).map(|i| (0..i).find(|&j| groupings[j] == groupings[i]).unwrap_or(i)).collect()
+}
+
+/// One distinct problem of a sweep.
+pub struct SweepProblem {
+    /// K(phi) with the groups of this problem.
+    pub stiffness: AffineStiffness,
+    /// Upper bounds of the groups.
+    pub upper: Vec<f64>,
+    /// Index of the first gamma that gives it; names its random streams.
+    pub index: usize,
+}
+
+/// What all problems of a sweep share.
+#[derive(Clone, Copy)]
+pub struct Shared<'a> {
+    /// The analysis of the network's pattern.
+    pub symbolic: &'a Arc<Symbolic>,
+    /// Forces of the fitted load cases (cases x n), N.
+    pub forces: &'a [f64],
+    /// Reference displacements (cases x n), m.
+    pub reference: &'a [f64],
+    /// Weights of the cases, see [`crate::calibration::objectives::displacement::weights`].
+    pub weights: &'a [f64],
+}
+
+/// Solves the distinct problems in parallel; outcomes in the order of the problems.
+///
+/// # Errors
+/// The first error of a problem, in their order.
+pub fn solve(
+    problems: &[SweepProblem],
+    shared: Shared,
+    optimiser: &Optimiser,
+    settings: &Settings,
+    seed: u64,
+    progress: &Progress,
+) -> Result<Vec<Outcome>> {
+    let solve_one = |problem: &SweepProblem| {
+        let target = Target {
+            stiffness: &problem.stiffness,
+            symbolic: shared.symbolic,
+            upper: &problem.upper,
+            forces: shared.forces,
+            reference: shared.reference,
+            weights: shared.weights,
+        };
+        let make = || -> Box<dyn Objective + '_> { Box::new(Displacement::new(target)) };
+        (optimiser.run)(&Problem { make: &make, upper: &problem.upper, seed, index: problem.index, progress }, settings)
+    };
+    problems.par_iter().map(solve_one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sweep_ends_above_zero_and_cannot_loop() {
+        assert_eq!(gammas(0.8, 0.1).expect("legal").len(), 8);
+        assert_eq!(gammas(0.5, 0.7).expect("legal"), [0.5]);
+        assert_eq!(gammas(0.3, 0.1).expect("legal").len(), 3);
+        for (start, step) in
+            [(0.8, 0.0), (0.8, -0.1), (0.8, f64::NAN), (0.0, 0.1), (1.0, 0.1), (f64::NAN, 0.1), (0.5, 1e-9)]
+        {
+            assert!(matches!(gammas(start, step), Err(Error::Input { .. })), "{start} {step}");
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! Calibration recovers what it should: R1 of the verification list, bounds, determinism.
+
+use std::sync::Arc;
+
+use springfit::calibration::objective::{Objective, Problem};
+use springfit::calibration::objectives::displacement::{Displacement, Target, weights};
+use springfit::calibration::optimiser::{Outcome, Settings, find};
+use springfit::clock::Progress;
+use springfit::geometry::dofs::DofMap;
+use springfit::geometry::grid::Grid;
+use springfit::sparse::cholesky::Symbolic;
+use springfit::sparse::ordering::nested_dissection;
+use springfit::springs::affine::{AffineStiffness, pattern};
+use springfit::springs::network::Network;
+use springfit::springs::weighting::{Law, Weighting, coefficients};
+use springfit::springs::{grouping, topology};
+
+/// A square membrane of 2 m x 2 m, n x n masses, springs grouped by kind.
+struct Membrane {
+    stiffness: AffineStiffness,
+    symbolic: Arc<Symbolic>,
+    unknowns: usize,
+    nodes: usize,
+}
+
+fn membrane(n: usize, held: impl Fn([usize; 3]) -> bool) -> Membrane {
+    let grid = Grid::new(&[n, n]);
+    let spacing = 2.0 / (n - 1) as f64;
+    let place = |node: usize| {
+        let [i, j, _] = grid.index(node);
+        [i as f64 * spacing, j as f64 * spacing, 0.0]
+    };
+    let positions: Vec<[f64; 3]> = (0..grid.len()).map(place).collect();
+    let fixed: Vec<[bool; 3]> = (0..grid.len()).map(|node| [held(grid.index(node)); 3]).collect();
+    let dofs = DofMap::untied(2, &fixed);
+    let network: Network = (topology::find("grid").expect("in the table").connect)(&grid, &positions, &dofs);
+    let groups = (grouping::find("kind").expect("in the table").group)(&network, 0.5).expect("kinds need no gamma");
+    let order = dofs.order(&nested_dissection(grid.extents(), 1, [false; 3]));
+    let symbolic = Symbolic::analyse(&pattern(&network, &dofs), order).expect("a small pattern");
+    let w = coefficients(&network, Weighting::Springs, Law::Stiffness);
+    let stiffness = AffineStiffness::new(&network, &groups, &w, &dofs, &symbolic);
+    Membrane { stiffness, symbolic, unknowns: dofs.len(), nodes: grid.len() }
+}
+
+/// Fits the membrane to its own displacements at `truth`, from bounds that make (1000, 1000) the first start.
+fn recover(membrane: &Membrane, truth: [f64; 2], optimiser: &str, settings: &Settings) -> Outcome {
+    let n = membrane.unknowns;
+    let forces: Vec<f64> = (0..n).map(|i| if i % 2 == 0 { 3.0 } else { -2.0 }).collect();
+    let upper = [1e4, 1e4];
+    let exact = {
+        let reference = vec![1.0; n];
+        let target = Target {
+            stiffness: &membrane.stiffness,
+            symbolic: &membrane.symbolic,
+            upper: &upper,
+            forces: &forces,
+            reference: &reference,
+            weights: &[1.0],
+        };
+        let mut objective = Displacement::new(target);
+        objective.error(&truth).expect("positive definite");
+        objective.displacement().to_vec()
+    };
+    let largest = exact.chunks(2).map(|u| u[0].hypot(u[1])).fold(0.0, f64::max);
+    let weights = weights(&[largest], membrane.nodes);
+    let target = Target {
+        stiffness: &membrane.stiffness,
+        symbolic: &membrane.symbolic,
+        upper: &upper,
+        forces: &forces,
+        reference: &exact,
+        weights: &weights,
+    };
+    let make = || -> Box<dyn Objective + '_> { Box::new(Displacement::new(target)) };
+    let progress = Progress::default();
+    let problem = Problem { make: &make, upper: &upper, seed: 1, index: 0, progress: &progress };
+    (find(optimiser).expect("in the table").run)(&problem, settings).expect("a well-posed problem")
+}
+
+fn relative_error(found: &Outcome, truth: [f64; 2]) -> f64 {
+    found.phi.iter().zip(&truth).map(|(p, t)| (p / t - 1.0).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn r1_gauss_newton_recovers_500_400_from_1000_1000() {
+    let truth = [500.0, 400.0];
+    let settings = Settings { starts: 1, ..Settings::default() };
+    for membrane in [
+        membrane(9, |[i, ..]| i == 0),
+        membrane(5, |[i, ..]| i == 0),
+        membrane(9, |[i, j, _]| i == 0 || j == 0 || i == 8 || j == 8),
+    ] {
+        let found = recover(&membrane, truth, "gauss_newton", &settings);
+        println!("{:?} error {:e} after {} factorisations", found.phi, found.error, found.counts.refactorisations);
+        assert!(relative_error(&found, truth) <= 1e-10, "{found:?}");
+        assert!(found.error <= 1e-9);
+        assert!(found.counts.refactorisations <= 20);
+    }
+}
+
+#[test]
+fn r1_annealing_alone_recovers_500_400() {
+    let truth = [500.0, 400.0];
+    let settings = Settings { evaluations: 20_000, final_temperature: 1e-10, ..Settings::default() };
+    let found = recover(&membrane(5, |[i, ..]| i == 0), truth, "annealing", &settings);
+    println!("{:?} error {:e}", found.phi, found.error);
+    assert!(relative_error(&found, truth) <= 1e-6, "{found:?}");
+}
+
+#[test]
+fn hybrid_is_never_worse_than_its_annealing_and_recovers_too() {
+    let truth = [500.0, 400.0];
+    let settings = Settings { evaluations: 200, ..Settings::default() };
+    let membrane = membrane(5, |[i, ..]| i == 0);
+    let annealed = recover(&membrane, truth, "annealing", &settings);
+    let hybrid = recover(&membrane, truth, "hybrid", &settings);
+    assert!(hybrid.error < annealed.error);
+    assert!(relative_error(&hybrid, truth) <= 1e-10);
+    assert!(
+        hybrid.trace.windows(2).all(|w| w[0].seconds <= w[1].seconds && w[0].refactorisations <= w[1].refactorisations)
+    );
+}
+
+#[test]
+fn every_optimiser_gives_the_same_bits_for_any_number_of_threads() {
+    let membrane = membrane(5, |[i, ..]| i == 0);
+    let settings = Settings { evaluations: 300, ..Settings::default() };
+    for optimiser in springfit::calibration::optimiser::OPTIMISERS {
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            pool.install(|| recover(&membrane, [500.0, 400.0], optimiser.name, &settings))
+        };
+        let (one, three) = (run(1), run(3));
+        assert_eq!(one.phi, three.phi, "{}", optimiser.name);
+        assert_eq!(one.counts, three.counts, "{}", optimiser.name);
+    }
+}
