@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::shapes::{self, Shape};
+use crate::geometry::shapes::{self, Shape};
 
 /// `[geometry]`: a shape by name, or a patch from a file; exactly one of the two.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -210,8 +210,9 @@ fn check_calibration(calibration: &Calibration) -> Result<()> {
         let message = format!("{final_temperature} is not below 1: the temperature would not fall");
         return Err(Error::input("calibration.annealing.final_temperature", message, "give a number below 1"));
     }
-    let GaussNewton { refactorisations, tolerance } = calibration.gauss_newton;
+    let GaussNewton { refactorisations, polish, tolerance } = calibration.gauss_newton;
     within("calibration.gauss_newton.refactorisations", refactorisations, 1, 100_000)?;
+    within("calibration.gauss_newton.polish", polish, 0, 100_000)?;
     positive("calibration.gauss_newton.tolerance", tolerance)
 }
 
