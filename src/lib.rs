@@ -4,6 +4,7 @@
 //!
 //! | floor | rooms |
 //! |---|---|
+//! | 4 | [`export`]: springs and fields as files |
 //! | 2 | [`springs`]: networks, groups, the stiffness matrix K(phi) |
 //! | 1 | [`geometry`]: knots, patches, shapes, degrees of freedom |
 //! | 0 | [`sparse`]: patterns, assembly, orders, Cholesky; [`error`], [`clock`] |
@@ -13,6 +14,7 @@ pub mod calibration;
 pub mod clock;
 pub mod dense;
 pub mod error;
+pub mod export;
 pub mod geometry;
 pub mod rng;
 pub mod sparse;
