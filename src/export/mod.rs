@@ -6,7 +6,7 @@
 //! | [`control_net`] | the network as lines, with both displacements and their difference, for ParaView |
 //! | [`body`] | the exact body as rational Bezier cells, with the reference displacement, for ParaView |
 //! | [`vtu`] | the XML file format of VTK's unstructured grids |
-//! | [`write`] | a file appears whole or not at all |
+//! | [`mod@write`] | a file appears whole or not at all |
 
 pub mod body;
 pub mod control_net;
