@@ -6,7 +6,7 @@
 //! |---|---|
 //! | 6 | [`report`]: a study as a document, as tables, beside the tables of the sources |
 //! | 5 | [`study`]: from a scene to a calibrated network, the method step by step |
-//! | 4 | [`scene`]: the text of a user as checked settings |
+//! | 4 | [`scene`]: the text of a user as checked settings; [`export`]: springs and fields as files |
 //! | 3 | [`calibration`]: objectives, optimisers, the gamma sweep |
 //! | 2 | [`reference`]: the elastic body, solved; [`springs`]: networks, groups, the stiffness matrix K(phi) |
 //! | 1 | [`geometry`]: knots, patches, shapes, degrees of freedom |
@@ -17,6 +17,7 @@ pub mod calibration;
 pub mod clock;
 pub mod dense;
 pub mod error;
+pub mod export;
 pub mod geometry;
 pub mod memory;
 pub mod reference;

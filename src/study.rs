@@ -16,8 +16,11 @@ pub mod loads;
 pub mod network;
 pub mod plan;
 
+use std::path::{Path, PathBuf};
+
 use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
+use crate::export::{self, Calibrated, EXPORTERS};
 use crate::reference::Reference;
 use crate::scene::{Masses, Scene};
 use crate::sparse::ordering::nested_dissection;
@@ -56,6 +59,34 @@ pub struct DynamicsData {
     pub masses: Vec<f64>,
     /// Damping of every spring (4.18), N s/m; absent without alpha.
     pub damping: Option<Vec<f64>>,
+}
+
+impl Study {
+    /// Writes springs and fields into a folder with every exporter, each file whole or not at all; returns the files.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::File`] with the file that cannot be written.
+    pub fn export(&self, folder: &Path) -> Result<Vec<PathBuf>> {
+        let expand = |u: &Vec<f64>| self.body.dofs.expand(u);
+        let reference: Vec<_> = self.reference.cases.iter().map(|case| expand(&case.displacement)).collect();
+        let springs: Vec<_> = self.calibration.displacements.iter().map(expand).collect();
+        let cases: Vec<export::Case> = (0..self.loads.len())
+            .map(|c| export::Case { name: &self.loads[c].name, reference: &reference[c], springs: &springs[c] })
+            .collect();
+        let calibrated = Calibrated {
+            name: &self.scene.name,
+            patch: &self.body.patch,
+            network: &self.lattice.network,
+            dofs: &self.body.dofs,
+            grouping: &self.calibration.grouping,
+            stiffness: &self.calibration.stiffness,
+            masses: self.dynamics.as_ref().map(|data| data.masses.as_slice()),
+            damping: self.dynamics.as_ref().and_then(|data| data.damping.as_deref()),
+            cases: &cases,
+        };
+        let written = EXPORTERS.iter().map(|exporter| (exporter.write)(&calibrated, folder));
+        Ok(written.collect::<Result<Vec<_>>>()?.concat())
+    }
 }
 
 /// Runs a checked scene.

@@ -20,5 +20,4 @@ pub fn run(arguments: &SceneArguments, json: bool) -> Result<()> {
         true => terminal::print(&format!("{:#}", json!(plan))),
         false => terminal::print(summary::check(&plan).trim_end()),
     }
-    Ok(())
 }

@@ -25,5 +25,4 @@ pub fn run(ids: &[String], json: bool) -> Result<()> {
         true => terminal::print(&format!("{:#}", json!(rows))),
         false => terminal::print(reproduce::table(&rows).trim()),
     }
-    Ok(())
 }

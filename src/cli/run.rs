@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use springfit::clock::Progress;
 use springfit::error::Error;
-use springfit::export::{EXPORTERS, write};
+use springfit::export::write;
 use springfit::report::result::Document;
 use springfit::report::summary;
 use springfit::scene::{self, Input};
@@ -44,17 +44,11 @@ fn study(arguments: &RunArguments, input: &Input, progress: &Progress) -> spring
     study.warnings.splice(0..0, input.warnings.iter().cloned());
     let document = Document::of(&study).to_json();
     if let Some(folder) = &arguments.out {
-        let calibrated = study.exported();
-        for exporter in EXPORTERS {
-            (exporter.write)(&calibrated, folder)?;
-        }
+        study.export(folder)?;
         write::whole(&folder.join("result.json"), document.as_bytes())?;
     }
-    match arguments.json {
-        true => terminal::print(document.trim_end()),
-        false => terminal::print(summary::run(&study).trim_end()),
-    }
-    Ok(())
+    let text = if arguments.json { document } else { summary::run(&study) };
+    terminal::print(text.trim_end()).map_err(|located| located.error)
 }
 
 /// The worker threads of everything parallel.

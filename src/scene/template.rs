@@ -9,8 +9,8 @@ use toml_edit::{DocumentMut, Item, Table};
 use crate::error::Result;
 
 use super::choices::{known, names};
-use crate::geometry::shapes::{self, Shape};
 use super::{Calibration, Geometry, Load, Material, Reference, Scene, Springs, Support, resolve, schema};
+use crate::geometry::shapes::{self, Shape};
 
 /// Force in N on every free control point (Table 5.2 of the thesis; section 8 of the method), where there is one.
 const FORCES: &[(&str, &[f64])] = &[
