@@ -2,9 +2,11 @@
 //!
 //!   |element| = sum over its Gauss points of w_g |det J(xi_g)|
 //!
-//! with p + 1 + extra Gauss points along each direction of each span (`gauss`), w_g the product of the weights times half
-//! the span along each direction, J the Jacobian of the map (`patch`). p + 1 points are exact for polynomial maps up to
-//! degree p only in part, and for rational ones not at all: about 1e-7 on the circle, below 1e-12 with extra = 4.
+//! with p + 1 + extra Gauss points along each direction of each span (`gauss`), w_g the product of the weights times
+//! half the span along each direction, J the Jacobian of the map (`patch`). A polynomial map is integrated exactly with
+//! p + 1 points or, in space, a few more. A rational map never is; on a span that covers a quarter of a circle each point
+//! more gains a factor of about 20, from 1e-3 with p + 1; the bodies in their default resolution err by 3e-8 .. 1e-4 with
+//! p + 1 points.
 
 use super::gauss::gauss_legendre;
 use super::patch::Patch;

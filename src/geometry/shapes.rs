@@ -188,6 +188,20 @@ mod tests {
     }
 
     #[test]
+    fn no_shape_is_folded_and_only_the_torus_is_left_handed() {
+        for shape in SHAPES {
+            let patch = (shape.build)(&shape.default_request()).unwrap();
+            let mut out = patch.workspace();
+            for span in patch.elements() {
+                let (start, end) = patch.element_bounds(span);
+                patch.shape_functions(span, std::array::from_fn(|a| 0.5 * (start[a] + end[a])), &mut out);
+                assert_eq!(out.determinant < 0.0, shape.name == "torus", "{} {span:?}", shape.name);
+                assert_ne!(out.determinant, 0.0);
+            }
+        }
+    }
+
+    #[test]
     fn knots_are_spread_over_the_spans() {
         let torus = find("torus").unwrap();
         let mut request = torus.default_request();

@@ -63,7 +63,8 @@ pub(super) const BALL_OCTANT: Shape = Shape {
 /// Distance of the middle of the tube from the axis, and radius of the tube (m).
 const TORUS_RADII: (f64, f64) = (0.875, 0.375);
 
-/// The disc (x outwards, y along z) swept along the full circle.
+/// The disc (x outwards, y along z) swept along the full circle. The directions around, outwards, up are left-handed: the
+/// Jacobian is negative everywhere.
 fn torus() -> Result<Patch> {
     let disc = disc()?;
     let (middle, tube) = TORUS_RADII;

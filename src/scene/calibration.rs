@@ -1,0 +1,170 @@
+//! `[calibration]`: how the spring stiffness is found.
+//!
+//! The gamma sweep (Algorithm 5.1) takes gamma = start, start - step, start - 2 step, ... while it is positive; every
+//! value gives a grouping, and equal groupings are solved once. The defaults of the optimisers are those of
+//! [`Settings`].
+
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+
+use crate::calibration::optimiser::Settings;
+use crate::calibration::sweep;
+use crate::error::{Error, Result};
+
+use super::choices::names;
+
+/// `[calibration]`: objective, optimiser, sweep and seed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Calibration {
+    /// What is made small (`springfit list objectives`).
+    #[schemars(extend("enum" = names("calibration.objective")))]
+    pub objective: String,
+    /// How it is made small (`springfit list optimisers`).
+    #[schemars(extend("enum" = names("calibration.optimiser")))]
+    pub optimiser: String,
+    /// Spread of the lengths in a group, above 0 and below 1: one number, or { start, step } for a sweep downwards.
+    pub gamma: Gamma,
+    /// Seed of every random number; the same seed gives the same result.
+    pub seed: u64,
+    /// Starting points of Gauss-Newton for each problem, 1 to 1000; the first is a tenth of the bounds.
+    pub starts: usize,
+    /// Simulated annealing, used by the optimisers annealing and hybrid.
+    pub annealing: Annealing,
+    /// Gauss-Newton, used by the optimisers gauss_newton and hybrid.
+    pub gauss_newton: GaussNewton,
+}
+
+impl Default for Calibration {
+    fn default() -> Self {
+        Self {
+            objective: "displacement".into(),
+            optimiser: "gauss_newton".into(),
+            gamma: Gamma::Sweep(GammaSweep::default()),
+            seed: 1,
+            starts: Settings::default().starts,
+            annealing: Annealing::default(),
+            gauss_newton: GaussNewton::default(),
+        }
+    }
+}
+
+/// The spread of lengths in a group: one value, or a sweep.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Gamma {
+    /// One value.
+    Fixed(f64),
+    /// A sweep downwards (Algorithm 5.1).
+    Sweep(GammaSweep),
+}
+
+/// A sweep of gamma: start, start - step, ... while positive.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct GammaSweep {
+    /// First and largest value, above 0 and below 1.
+    pub start: f64,
+    /// Decrement, above 0.
+    pub step: f64,
+}
+
+impl Default for GammaSweep {
+    fn default() -> Self {
+        Self { start: 0.8, step: 0.1 }
+    }
+}
+
+impl Gamma {
+    /// The values, largest first.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a value outside (0, 1), a step that is not positive, or too many values.
+    pub fn values(&self) -> Result<Vec<f64>> {
+        match self {
+            Self::Fixed(value) if *value > 0.0 && *value < 1.0 => Ok(vec![*value]),
+            Self::Fixed(value) => {
+                let help = "give a number above 0 and below 1, or { start = 0.8, step = 0.1 }";
+                Err(Error::input("calibration.gamma", format!("{value} is out of range"), help))
+            }
+            Self::Sweep(GammaSweep { start, step }) => sweep::gammas(*start, *step),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Gamma {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        deserializer.deserialize_any(GammaVisitor)
+    }
+}
+
+/// Reads a number or a table; serde's own untagged reading would lose the place and the reason of an error.
+struct GammaVisitor;
+
+impl<'de> Visitor<'de> for GammaVisitor {
+    type Value = Gamma;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a number or { start = ..., step = ... }")
+    }
+
+    fn visit_f64<E>(self, value: f64) -> std::result::Result<Gamma, E> {
+        Ok(Gamma::Fixed(value))
+    }
+
+    fn visit_i64<E>(self, value: i64) -> std::result::Result<Gamma, E> {
+        Ok(Gamma::Fixed(value as f64))
+    }
+
+    fn visit_u64<E>(self, value: u64) -> std::result::Result<Gamma, E> {
+        Ok(Gamma::Fixed(value as f64))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<Gamma, A::Error> {
+        GammaSweep::deserialize(MapAccessDeserializer::new(map)).map(Gamma::Sweep)
+    }
+}
+
+/// `[calibration.annealing]`: bounded simulated annealing by independent chains.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Annealing {
+    /// Independent chains for each problem, 1 to 1024; they share the evaluations equally.
+    pub chains: usize,
+    /// Evaluations of the objective for each problem, all chains together.
+    pub evaluations: usize,
+    /// First temperature, as a fraction of the error at the start of a chain, above 0.
+    pub initial_temperature: f64,
+    /// Last temperature, as a fraction of the first, above 0 and below 1; it falls geometrically.
+    pub final_temperature: f64,
+}
+
+impl Default for Annealing {
+    fn default() -> Self {
+        let Settings { chains, evaluations, initial_temperature, final_temperature, .. } = Settings::default();
+        Self { chains, evaluations: evaluations as usize, initial_temperature, final_temperature }
+    }
+}
+
+/// `[calibration.gauss_newton]`: damped Gauss-Newton (Levenberg-Marquardt) with the exact Jacobian.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct GaussNewton {
+    /// Factorisations that each start may spend, at least 1.
+    pub refactorisations: usize,
+    /// Factorisations that the best start may spend beyond that, 0 or more.
+    pub polish: usize,
+    /// Stops when a step lowers the error by less than this fraction of it, above 0.
+    pub tolerance: f64,
+}
+
+impl Default for GaussNewton {
+    fn default() -> Self {
+        let Settings { refactorisations, polish, tolerance, .. } = Settings::default();
+        Self { refactorisations: refactorisations as usize, polish: polish as usize, tolerance }
+    }
+}

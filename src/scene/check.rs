@@ -1,0 +1,306 @@
+//! Checks of a scene that need no geometry: ranges, names, lengths of vectors, one kind of load a table.
+//!
+//! Every failure is an [`Error::Input`] at its key. What depends on the built body comes later, in [`check_body`] and
+//! in the rooms below. Upper limits are there so that a slip of the keyboard costs a message, not the memory.
+
+use crate::error::{Error, Result};
+use crate::springs::grouping;
+
+use super::choices::{FACES, known, names};
+use super::load::LOAD_KINDS;
+use super::{
+    Annealing, BoxRegion, Calibration, Dynamics, Gamma, GammaSweep, GaussNewton, Geometry, Load, Plane, Scene,
+};
+
+/// Most control points of a grid.
+const MOST_CONTROL_POINTS: usize = 100_000_000;
+/// Highest polynomial degree.
+const HIGHEST_DEGREE: usize = 9;
+/// Most load cases.
+const MOST_LOADS: usize = 1000;
+
+/// Checks all that can be checked before the body is built, and returns warnings.
+///
+/// # Errors
+/// [`Error::Input`] at the key of the first value that cannot be used.
+pub fn check(scene: &Scene) -> Result<Vec<String>> {
+    check_geometry(&scene.geometry)?;
+    check_material(scene)?;
+    check_support(scene)?;
+    check_loads(&scene.load)?;
+    known("reference.method", &scene.reference.method, &names("reference.method"))?;
+    known("springs.topology", &scene.springs.topology, &names("springs.topology"))?;
+    known("springs.grouping", &scene.springs.grouping, &names("springs.grouping"))?;
+    if let Some(thickness) = scene.reference.thickness {
+        positive("reference.thickness", thickness)?;
+    }
+    within("reference.extra_gauss_points", scene.reference.extra_gauss_points, 0, 32)?;
+    check_calibration(&scene.calibration)?;
+    if let Some(dynamics) = &scene.dynamics {
+        check_dynamics(dynamics, scene.material.density)?;
+    }
+    if let Some(shape) = scene.geometry.known_shape() {
+        check_dimension(scene, shape.dimension)?;
+    }
+    Ok(warnings(scene))
+}
+
+/// Checks a scene against its body: `dimension` 2 or 3, and the number of control points.
+///
+/// # Errors
+/// [`Error::Input`] at a vector of another length, a setting for the other dimension, or a control point that is not
+/// there.
+pub fn check_body(scene: &Scene, dimension: usize, control_points: usize) -> Result<()> {
+    check_dimension(scene, dimension)?;
+    let there = |key: String, node: usize| match node < control_points {
+        true => Ok(()),
+        false => Err(Error::input(
+            key,
+            format!("there is no control point {node}"),
+            format!("the body has {control_points}, numbered from 0 to {}", control_points.saturating_sub(1)),
+        )),
+    };
+    for (i, &node) in scene.support.nodes.iter().enumerate() {
+        there(format!("support.nodes[{i}]"), node)?;
+    }
+    for (i, load) in scene.load.iter().enumerate() {
+        if let Some(point) = &load.point {
+            there(format!("load[{i}].point.node"), point.node)?;
+        }
+    }
+    Ok(())
+}
+
+fn check_geometry(geometry: &Geometry) -> Result<()> {
+    match (&geometry.shape, &geometry.file) {
+        (Some(shape), None) => known("geometry.shape", shape, &names("geometry.shape"))?,
+        (None, Some(_)) => only_with_shape(geometry)?,
+        (Some(_), Some(_)) => {
+            return Err(Error::input("geometry.file", "both shape and file are given", "keep one of the two"));
+        }
+        (None, None) => {
+            let help = format!("add geometry.shape ({}) or geometry.file", names("geometry.shape").join(", "));
+            return Err(Error::input("geometry.shape", "no body is given", help));
+        }
+    }
+    for (i, &size) in geometry.size.iter().flatten().enumerate() {
+        positive(&format!("geometry.size[{i}]"), size)?;
+    }
+    for (i, &degree) in geometry.degree.iter().flatten().enumerate() {
+        within(&format!("geometry.degree[{i}]"), degree, 1, HIGHEST_DEGREE)?;
+    }
+    for (i, &count) in geometry.control_points.iter().flatten().enumerate() {
+        within(&format!("geometry.control_points[{i}]"), count, 2, MOST_CONTROL_POINTS)?;
+    }
+    let product = geometry.control_points.iter().flatten().fold(1_usize, |product, &n| product.saturating_mul(n));
+    if product > MOST_CONTROL_POINTS {
+        let message = format!("{:?} are {product} control points", geometry.control_points.as_deref().unwrap_or(&[]));
+        return Err(Error::input("geometry.control_points", message, format!("at most {MOST_CONTROL_POINTS}")));
+    }
+    Ok(())
+}
+
+fn only_with_shape(geometry: &Geometry) -> Result<()> {
+    let given = [
+        ("size", geometry.size.is_some()),
+        ("control_points", geometry.control_points.is_some()),
+        ("degree", geometry.degree.is_some()),
+    ];
+    match given.into_iter().find(|&(_, given)| given) {
+        Some((key, _)) => Err(Error::input(
+            format!("geometry.{key}"),
+            "a body from a file has its own",
+            format!("remove {key}; it goes with geometry.shape"),
+        )),
+        None => Ok(()),
+    }
+}
+
+fn check_material(scene: &Scene) -> Result<()> {
+    let material = &scene.material;
+    positive("material.young", material.young)?;
+    if let Some(density) = material.density {
+        positive("material.density", density)?;
+    }
+    if material.poisson > -1.0 && material.poisson <= 0.5 {
+        return Ok(());
+    }
+    let help = "above -1 and below 0.5; 0.5 itself only in plane stress";
+    Err(Error::input("material.poisson", format!("{} is out of range", material.poisson), help))
+}
+
+fn check_support(scene: &Scene) -> Result<()> {
+    let support = &scene.support;
+    if support.faces.is_empty() && support.nodes.is_empty() && support.r#box.is_none() {
+        let help = "add support.faces such as [\"z-\"], support.nodes or support.box: a free body has no answer";
+        return Err(Error::input("support", "nothing is held", help));
+    }
+    if support.components.as_ref().is_some_and(Vec::is_empty) {
+        let help = "leave it out to hold all components, or name some of x, y, z";
+        return Err(Error::input("support.components", "no component is held", help));
+    }
+    for (i, face) in support.faces.iter().enumerate() {
+        known(&format!("support.faces[{i}]"), face, &FACES)?;
+    }
+    let Some(BoxRegion { min, max }) = &support.r#box else { return Ok(()) };
+    match min.iter().zip(max).position(|(low, high)| low > high) {
+        Some(a) => Err(Error::input(
+            format!("support.box.max[{a}]"),
+            format!("{} is below the minimum {}", max[a], min[a]),
+            "give the smaller corner as min and the larger as max",
+        )),
+        None => Ok(()),
+    }
+}
+
+fn check_loads(loads: &[Load]) -> Result<()> {
+    if loads.is_empty() {
+        let help = format!("add a [[load]] table with one of {}", LOAD_KINDS.join(", "));
+        return Err(Error::input("load", "no load case is given", help));
+    }
+    if loads.len() > MOST_LOADS {
+        return Err(Error::input("load", format!("{} load cases", loads.len()), format!("at most {MOST_LOADS}")));
+    }
+    for (i, load) in loads.iter().enumerate() {
+        check_load(load, &format!("load[{i}]"))?;
+        let twice = load.name.is_some() && loads[..i].iter().any(|other| other.name == load.name);
+        if let (true, Some(name)) = (twice, &load.name) {
+            let message = format!("\"{name}\" is the name of another load case");
+            return Err(Error::input(format!("load[{i}].name"), message, "give every load case its own name"));
+        }
+    }
+    if loads.iter().all(|load| !load.fit) {
+        let help = "leave fit out, or set it to true, in at least one [[load]]";
+        return Err(Error::input("load[0].fit", "every load case is held out: there is nothing to fit to", help));
+    }
+    Ok(())
+}
+
+fn check_load(load: &Load, key: &str) -> Result<()> {
+    let kinds = load.kinds();
+    if kinds.len() > 1 {
+        let message = format!("{} are given together", kinds.join(" and "));
+        return Err(Error::input(format!("{key}.{}", kinds[1]), message, "one [[load]] table has one kind of load"));
+    }
+    let Some((name, vector)) = load.vector() else {
+        let help = format!("add one of {}", LOAD_KINDS.join(", "));
+        return Err(Error::input(key, "no kind of load is given", help));
+    };
+    if let Some(traction) = &load.traction {
+        known(&format!("{key}.traction.face"), &traction.face, &FACES)?;
+    }
+    if vector.iter().all(|&component| component == 0.0) {
+        let help = "give at least one component that is not zero: an error relative to no motion has no value";
+        return Err(Error::input(format!("{key}.{name}"), format!("{vector:?} is no load"), help));
+    }
+    Ok(())
+}
+
+fn check_calibration(calibration: &Calibration) -> Result<()> {
+    known("calibration.objective", &calibration.objective, &names("calibration.objective"))?;
+    known("calibration.optimiser", &calibration.optimiser, &names("calibration.optimiser"))?;
+    calibration.gamma.values()?;
+    within("calibration.starts", calibration.starts, 1, 1000)?;
+    let Annealing { chains, evaluations, initial_temperature, final_temperature } = calibration.annealing;
+    within("calibration.annealing.chains", chains, 1, 1024)?;
+    within("calibration.annealing.evaluations", evaluations, chains, 1_000_000_000)?;
+    positive("calibration.annealing.initial_temperature", initial_temperature)?;
+    positive("calibration.annealing.final_temperature", final_temperature)?;
+    if final_temperature >= 1.0 {
+        let message = format!("{final_temperature} is not below 1: the temperature would not fall");
+        return Err(Error::input("calibration.annealing.final_temperature", message, "give a number below 1"));
+    }
+    let GaussNewton { refactorisations, polish, tolerance } = calibration.gauss_newton;
+    within("calibration.gauss_newton.refactorisations", refactorisations, 1, 100_000)?;
+    within("calibration.gauss_newton.polish", polish, 0, 100_000)?;
+    positive("calibration.gauss_newton.tolerance", tolerance)
+}
+
+fn check_dynamics(dynamics: &Dynamics, density: Option<f64>) -> Result<()> {
+    known("dynamics.integrator", &dynamics.integrator, &names("dynamics.integrator"))?;
+    if let Some(alpha) = dynamics.alpha {
+        positive("dynamics.alpha", alpha)?;
+    }
+    match density {
+        Some(_) => Ok(()),
+        None => Err(Error::input("material.density", "is missing", "masses need it: add material.density in kg/m^3")),
+    }
+}
+
+fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
+    let geometry = &scene.geometry;
+    length("geometry.size", geometry.size.as_ref().map(Vec::len), dimension)?;
+    length("geometry.control_points", geometry.control_points.as_ref().map(Vec::len), dimension)?;
+    length("geometry.degree", geometry.degree.as_ref().map(Vec::len), dimension)?;
+    let region = scene.support.r#box.as_ref();
+    length("support.box.min", region.map(|region| region.min.len()), dimension)?;
+    length("support.box.max", region.map(|region| region.max.len()), dimension)?;
+    for (i, load) in scene.load.iter().enumerate() {
+        if let Some((name, vector)) = load.vector() {
+            length(&format!("load[{i}].{name}"), Some(vector.len()), dimension)?;
+        }
+        if let Some(traction) = &load.traction {
+            known(&format!("load[{i}].traction.face"), &traction.face, &FACES[..2 * dimension])?;
+        }
+    }
+    for (i, face) in scene.support.faces.iter().enumerate() {
+        known(&format!("support.faces[{i}]"), face, &FACES[..2 * dimension])?;
+    }
+    for (i, axis) in scene.support.components.iter().flatten().enumerate() {
+        if axis.index() >= dimension {
+            let key = format!("support.components[{i}]");
+            return Err(Error::input(key, "the body has no component z", "a body in 2D has x and y"));
+        }
+    }
+    check_plane(scene, dimension)
+}
+
+/// Plane settings belong to 2D, and an incompressible material to plane stress.
+fn check_plane(scene: &Scene, dimension: usize) -> Result<()> {
+    let reference = &scene.reference;
+    let given = [("plane", reference.plane.is_some()), ("thickness", reference.thickness.is_some())];
+    if let (3, Some((key, _))) = (dimension, given.into_iter().find(|&(_, given)| given)) {
+        let help = format!("remove reference.{key}: it is for bodies in 2D");
+        return Err(Error::input(format!("reference.{key}"), "the body is in 3D", help));
+    }
+    let stress = dimension == 2 && reference.plane != Some(Plane::Strain);
+    if scene.material.poisson < 0.5 || stress {
+        return Ok(());
+    }
+    let message = format!("{} makes the material incompressible", scene.material.poisson);
+    Err(Error::input("material.poisson", message, "below 0.5; 0.5 itself only in plane stress"))
+}
+
+/// What is allowed but may not be meant.
+fn warnings(scene: &Scene) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let uses_gamma = grouping::find(&scene.springs.grouping).is_none_or(|rule| rule.uses_gamma);
+    if !uses_gamma && scene.calibration.gamma != Gamma::Sweep(GammaSweep::default()) {
+        warnings.push(format!("calibration.gamma has no effect on the grouping \"{}\"", scene.springs.grouping));
+    }
+    warnings
+}
+
+fn length(key: &str, found: Option<usize>, dimension: usize) -> Result<()> {
+    match found {
+        Some(found) if found != dimension => {
+            let message = format!("{found} numbers for a body in {dimension}D");
+            Err(Error::input(key, message, format!("give {dimension}, one for each direction")))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn positive(key: &str, value: f64) -> Result<()> {
+    if value > 0.0 {
+        return Ok(());
+    }
+    Err(Error::input(key, format!("{value} is not positive"), "give a number above 0"))
+}
+
+fn within(key: &str, value: usize, least: usize, most: usize) -> Result<()> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(Error::input(key, format!("{value} is out of range"), format!("give a whole number from {least} to {most}")))
+}

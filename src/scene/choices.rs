@@ -1,0 +1,143 @@
+//! What can be chosen by name: tables of a name and a line, read by the check, the schema and `springfit list`.
+//!
+//! A table lists only what is built. A choice gets here with the code behind it.
+
+use crate::calibration::optimiser;
+use crate::error::{Error, Result};
+use crate::springs::{grouping, topology};
+
+use crate::geometry::shapes;
+
+/// A name that a scene may use, and what it means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Choice {
+    /// The name, as a scene writes it.
+    pub name: &'static str,
+    /// One line about it.
+    pub doc: &'static str,
+}
+
+/// A table of choices, with the scene key that it belongs to.
+#[derive(Debug, Clone, Copy)]
+pub struct Kind {
+    /// Name of the table for `springfit list`.
+    pub name: &'static str,
+    /// The scene key that takes one of its names.
+    pub key: &'static str,
+    /// The names.
+    pub choices: fn() -> Vec<Choice>,
+}
+
+/// Every table, in the order of the scene.
+pub const KINDS: &[Kind] = &[
+    Kind { name: "shapes", key: "geometry.shape", choices: shape_choices },
+    Kind { name: "methods", key: "reference.method", choices: || METHODS.to_vec() },
+    Kind { name: "topologies", key: "springs.topology", choices: topology_choices },
+    Kind { name: "groupings", key: "springs.grouping", choices: grouping_choices },
+    Kind { name: "objectives", key: "calibration.objective", choices: || OBJECTIVES.to_vec() },
+    Kind { name: "optimisers", key: "calibration.optimiser", choices: optimiser_choices },
+    Kind { name: "integrators", key: "dynamics.integrator", choices: || INTEGRATORS.to_vec() },
+];
+
+fn shape_choices() -> Vec<Choice> {
+    shapes::SHAPES.iter().map(|shape| Choice { name: shape.name, doc: shape.doc }).collect()
+}
+
+fn topology_choices() -> Vec<Choice> {
+    topology::TOPOLOGIES.iter().map(|topology| Choice { name: topology.name, doc: topology.doc }).collect()
+}
+
+fn grouping_choices() -> Vec<Choice> {
+    grouping::GROUPINGS.iter().map(|rule| Choice { name: rule.name, doc: rule.doc }).collect()
+}
+
+fn optimiser_choices() -> Vec<Choice> {
+    optimiser::OPTIMISERS.iter().map(|optimiser| Choice { name: optimiser.name, doc: optimiser.doc }).collect()
+}
+
+const METHODS: &[Choice] = &[Choice { name: "iga", doc: "isogeometric: the NURBS of the body carry the displacement" }];
+
+const OBJECTIVES: &[Choice] =
+    &[Choice { name: "displacement", doc: "root mean square displacement error in percent of the largest (5.7)" }];
+
+const INTEGRATORS: &[Choice] =
+    &[Choice { name: "leapfrog", doc: "the explicit scheme the masses and damping are meant for" }];
+
+/// Faces of the control grid: first and last index of each direction.
+pub(super) const FACES: [&str; 6] = ["x-", "x+", "y-", "y+", "z-", "z+"];
+
+/// The table of this name, such as `shapes`.
+///
+/// # Errors
+/// [`Error::Input`] that lists the tables there are.
+pub fn find_kind(name: &str) -> Result<&'static Kind> {
+    let names: Vec<&str> = KINDS.iter().map(|kind| kind.name).collect();
+    known("KIND", name, &names)?;
+    Ok(KINDS.iter().find(|kind| kind.name == name).unwrap_or(&KINDS[0]))
+}
+
+/// The names of the table that a scene key chooses from; empty for other keys.
+pub(super) fn names(key: &str) -> Vec<&'static str> {
+    let kind = KINDS.iter().find(|kind| kind.key == key);
+    kind.map_or_else(Vec::new, |kind| (kind.choices)().iter().map(|choice| choice.name).collect())
+}
+
+/// Checks a name against the known ones.
+///
+/// # Errors
+/// [`Error::Input`] at `key` that lists the known names, with the nearest of them if one is near.
+pub(super) fn known(key: &str, name: &str, names: &[&str]) -> Result<()> {
+    if names.contains(&name) {
+        return Ok(());
+    }
+    Err(Error::input(key, format!("unknown name \"{name}\""), suggest(name, names, "known names are")))
+}
+
+/// "did you mean ...?" when a name is near, then all the names after `intro`.
+pub(super) fn suggest(word: &str, names: &[&str], intro: &str) -> String {
+    let all = format!("{intro} {}", names.join(", "));
+    let near = names.iter().map(|name| (distance(word, name), name)).min();
+    match near {
+        Some((distance, name)) if distance <= 1 + word.chars().count() / 4 => {
+            format!("did you mean \"{name}\"? {all}")
+        }
+        _ => all,
+    }
+}
+
+/// Edits (insert, delete, replace a letter) that turn one word into the other (Levenshtein).
+fn distance(from: &str, to: &str) -> usize {
+    let to: Vec<char> = to.chars().collect();
+    let mut row: Vec<usize> = (0..=to.len()).collect();
+    for (i, a) in from.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, &b) in to.iter().enumerate() {
+            let replaced = diagonal + usize::from(a != b);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(row[j + 1] + 1);
+        }
+    }
+    row[to.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_near_name_is_offered_and_a_far_one_is_not() {
+        assert_eq!(distance("kitten", "sitting"), 3);
+        assert_eq!(distance("", "abc"), 3);
+        assert!(suggest("lenght", &["length", "kind"], "known names are").starts_with("did you mean \"length\"?"));
+        assert_eq!(suggest("q4", &["iga"], "known names are"), "known names are iga");
+    }
+
+    #[test]
+    fn every_default_is_the_first_name_of_a_table() {
+        for kind in KINDS {
+            assert!(!(kind.choices)().is_empty(), "{} has no names", kind.name);
+            assert_eq!(names(kind.key).len(), (kind.choices)().len());
+        }
+    }
+}

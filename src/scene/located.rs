@@ -1,0 +1,97 @@
+//! Errors that show their line: an [`Error`] with the text of the scene and the place in it.
+//!
+//! A scene key such as `load[1].force_per_node` is looked up in the parsed document. If the key is not there, the
+//! nearest table above it that is there stands for it; in an empty file that is its beginning.
+
+use std::ops::Range;
+
+use miette::{LabeledSpan, NamedSource, SourceCode};
+use toml_edit::Document;
+
+use crate::error::Error;
+
+use super::entries::{entries, nearest};
+
+/// A scene as text, with the name of its file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// The file, as the user named it.
+    pub name: String,
+    /// Its text, `--set` applied.
+    pub text: String,
+}
+
+/// An error and, where it belongs to a key of the scene, the line it comes from.
+#[derive(Debug, Clone)]
+pub struct Located {
+    /// What went wrong.
+    pub error: Error,
+    place: Option<Box<Place>>,
+}
+
+#[derive(Debug, Clone)]
+struct Place {
+    source: NamedSource<String>,
+    span: Range<usize>,
+    label: Option<String>,
+}
+
+impl Source {
+    /// Puts an error at the line of its key. Errors without a key stay without a line, and so does a key in a text
+    /// that is not TOML.
+    pub fn locate(&self, error: Error) -> Located {
+        let Error::Input { key, .. } = &error else { return error.into() };
+        let Ok(document) = Document::parse(self.text.as_str()) else { return error.into() };
+        let entries = entries(&document);
+        let Some(entry) = nearest(&entries, key) else {
+            return self.place(error, 0..0, None);
+        };
+        let label = (entry.key != *key).then(|| format!("{key} would be here"));
+        self.place(error, entry.value.clone(), label)
+    }
+
+    /// Puts an error at a byte range of the text.
+    pub(super) fn place(&self, error: Error, span: Range<usize>, label: Option<String>) -> Located {
+        let end = self.text.len();
+        let span = span.start.min(end)..span.end.min(end);
+        let source = NamedSource::new(&self.name, self.text.clone());
+        Located { error, place: Some(Box::new(Place { source, span, label })) }
+    }
+}
+
+impl Located {
+    /// Exit status of the command line, see [`Error::exit_status`].
+    pub fn exit_status(&self) -> u8 {
+        self.error.exit_status()
+    }
+}
+
+impl From<Error> for Located {
+    fn from(error: Error) -> Self {
+        Self { error, place: None }
+    }
+}
+
+impl std::fmt::Display for Located {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        self.error.fmt(f)
+    }
+}
+
+impl std::error::Error for Located {}
+
+impl miette::Diagnostic for Located {
+    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        self.error.help().map(|help| Box::new(help) as _)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.place.as_ref().map(|place| &place.source as _)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let place = self.place.as_ref()?;
+        let label = LabeledSpan::new(place.label.clone(), place.span.start, place.span.len());
+        Some(Box::new(std::iter::once(label)))
+    }
+}

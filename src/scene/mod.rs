@@ -1,0 +1,87 @@
+//! A scene: the TOML text of a user as checked values.
+//!
+//! One settings struct a room below: what `[geometry]`, `[material]`, `[support]`, `[[load]]`, `[reference]`,
+//! `[springs]`, `[calibration]` and `[dynamics]` may say. SI units throughout. The way of a scene:
+//!
+//! ```text
+//! text --set--> text --toml--> Scene --check--> Scene + warnings --resolve--> Scene with every default written out
+//!      overrides.rs     parse.rs        check.rs                   resolve.rs
+//! ```
+//!
+//! The doc comment of a field is also its description in the JSON Schema (`springfit schema`) and its comment in
+//! `springfit new`: its first sentence must stand alone and name the unit. Whatever is wrong becomes a [`Located`]
+//! error that shows the line of the text. Values whose default depends on the body are `Option` here and are filled
+//! in by [`resolve`].
+
+mod body;
+mod calibration;
+mod check;
+mod choices;
+mod entries;
+mod load;
+mod located;
+mod overrides;
+mod parse;
+mod reference;
+mod resolve;
+mod springs;
+mod template;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use body::{Axis, BoxRegion, Geometry, Material, Support};
+pub use calibration::{Annealing, Calibration, Gamma, GammaSweep, GaussNewton};
+pub use check::{check, check_body};
+pub use choices::{Choice, KINDS, Kind, find_kind};
+pub use load::{Load, PointForce, Traction};
+pub use located::{Located, Source};
+pub use parse::{Input, parse, read};
+pub use reference::{Plane, Reference};
+pub use resolve::resolve;
+pub use springs::{Dynamics, Masses, Springs};
+pub use template::template;
+
+/// Everything a run needs to know; the top level of a scene file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Name of the scene, printed in the result; the name of the file when absent.
+    #[serde(default)]
+    pub name: String,
+    /// The body.
+    #[serde(default)]
+    pub geometry: Geometry,
+    /// The isotropic linear elastic material.
+    pub material: Material,
+    /// The control points that are held.
+    #[serde(default)]
+    pub support: Support,
+    /// The load cases, one `[[load]]` table each.
+    #[serde(default)]
+    pub load: Vec<Load>,
+    /// The continuum model that the springs are compared with.
+    #[serde(default)]
+    pub reference: Reference,
+    /// The spring network.
+    #[serde(default)]
+    pub springs: Springs,
+    /// How the spring stiffness is found.
+    #[serde(default)]
+    pub calibration: Calibration,
+    /// Masses and damping for later motion; absent: neither is computed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dynamics: Option<Dynamics>,
+}
+
+impl Scene {
+    /// Name of a load case: its own, or `load N` counted from 1.
+    pub fn load_name(&self, index: usize) -> String {
+        self.load[index].name.clone().unwrap_or_else(|| format!("load {}", index + 1))
+    }
+}
+
+/// The JSON Schema of a scene (draft 2020-12).
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(Scene).to_value()
+}

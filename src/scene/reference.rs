@@ -1,0 +1,39 @@
+//! `[reference]`: the continuum model that the springs are compared with.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::choices::names;
+
+/// `[reference]`: method and plane of the continuum model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Reference {
+    /// Method of the continuum model (`springfit list methods`).
+    #[schemars(extend("enum" = names("reference.method")))]
+    pub method: String,
+    /// Plane assumption of a body in 2D; default stress. Not for 3D.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plane: Option<Plane>,
+    /// Thickness of a body in 2D in m, above 0; default 1. Not for 3D.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thickness: Option<f64>,
+    /// Gauss points per direction and knot span beyond degree + 1, 0 to 32; more for strongly rational patches.
+    pub extra_gauss_points: usize,
+}
+
+impl Default for Reference {
+    fn default() -> Self {
+        Self { method: "iga".into(), plane: None, thickness: None, extra_gauss_points: 0 }
+    }
+}
+
+/// What a body in 2D does across its thickness.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Plane {
+    /// Free to contract: thin sheets.
+    Stress,
+    /// Held: long prisms.
+    Strain,
+}

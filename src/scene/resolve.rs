@@ -1,0 +1,23 @@
+//! The scene with every default written out, as the result prints it.
+
+use super::{Axis, Plane, Scene};
+
+/// Fills in what depends on the body, of `dimension` 2 or 3: extents, control points and degree of a shape, the held
+/// components, and in 2D plane and thickness.
+///
+/// A body from a file keeps its own extents, control points and degree; they stay absent.
+pub fn resolve(scene: &Scene, dimension: usize) -> Scene {
+    let mut resolved = scene.clone();
+    let geometry = &mut resolved.geometry;
+    if let Some(shape) = geometry.known_shape() {
+        geometry.size.get_or_insert_with(|| shape.default_size[..dimension].to_vec());
+        geometry.control_points.get_or_insert_with(|| shape.default_control_points.to_vec());
+        geometry.degree.get_or_insert_with(|| shape.default_degree.to_vec());
+    }
+    resolved.support.components.get_or_insert_with(|| Axis::ALL[..dimension].to_vec());
+    if dimension == 2 {
+        resolved.reference.plane.get_or_insert(Plane::Stress);
+        resolved.reference.thickness.get_or_insert(1.0);
+    }
+    resolved
+}

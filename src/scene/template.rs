@@ -1,0 +1,134 @@
+//! A commented scene to start from, for every shape: `springfit new NAME`.
+//!
+//! Nothing of it is written by hand: the values are a [`Scene`] with its defaults, the comments the descriptions in the
+//! JSON Schema, that is, the doc comments of the settings. So it names every key there is, and it is always valid.
+
+use serde_json::Value as Json;
+use toml_edit::{DocumentMut, Item, Table};
+
+use crate::error::Result;
+
+use super::choices::{known, names};
+use super::{Calibration, Geometry, Load, Material, Reference, Scene, Springs, Support, resolve, schema};
+use crate::geometry::shapes::{self, Shape};
+
+/// Force in N on every free control point (Table 5.2 of the thesis; section 8 of the method), where there is one.
+const FORCES: &[(&str, &[f64])] = &[
+    ("square", &[200.0, -200.0]),
+    ("circle", &[600.0, 100.0]),
+    ("ellipse", &[1600.0, 200.0]),
+    ("cube", &[80.0, -40.0, 40.0]),
+    ("torus", &[60.0, -30.0, 30.0]),
+    ("spheroid", &[100.0, -50.0, 50.0]),
+];
+
+/// The commented scene of a shape, as text.
+///
+/// # Errors
+/// [`crate::error::Error::Input`] when there is no shape of this name.
+pub fn template(name: &str) -> Result<String> {
+    known("NAME", name, &names("geometry.shape"))?;
+    let Some(shape) = shapes::find(name) else { return Ok(String::new()) };
+    let scene = resolve(&example(shape), shape.dimension);
+    let text = toml::to_string(&scene).unwrap_or_default();
+    let mut document: DocumentMut = text.parse().unwrap_or_default();
+    let schema = schema();
+    comment_table(document.as_table_mut(), &schema, &schema);
+    Ok(format!("# {name}: {}.\n# A line \"# key: ...\" names a key that may be added.\n\n{document}", shape.doc))
+}
+
+/// A scene of the shape with the load of the thesis, or a small one of our own.
+fn example(shape: &Shape) -> Scene {
+    let force = FORCES.iter().find(|(name, _)| *name == shape.name).map(|(_, force)| *force);
+    let force = force.unwrap_or(&[0.0, -1.0, -1.0][..shape.dimension]);
+    Scene {
+        name: shape.name.into(),
+        geometry: Geometry { shape: Some(shape.name.into()), ..Geometry::default() },
+        material: Material { young: 15e3, poisson: 1.0 / 3.0, density: Some(1143.0) },
+        support: Support { faces: vec![shape.fixed_face.into()], ..Support::default() },
+        load: vec![Load::force_per_node(force.to_vec())],
+        reference: Reference::default(),
+        springs: Springs::default(),
+        calibration: Calibration::default(),
+        dynamics: None,
+    }
+}
+
+/// Puts the description of each key above it, and behind the last key those of the keys that are not there.
+fn comment_table(table: &mut Table, own: &Json, root: &Json) {
+    let keys: Vec<String> = table.iter().map(|(key, _)| key.to_owned()).collect();
+    for key in &keys {
+        let property = &own["properties"][key];
+        let description = format!("# {}\n", property["description"].as_str().unwrap_or_default());
+        let inner = referred(property, root);
+        match &mut table[key] {
+            Item::Table(child) => {
+                child.decor_mut().set_prefix(format!("\n{description}"));
+                comment_table(child, inner, root);
+            }
+            Item::ArrayOfTables(tables) => {
+                for child in tables.iter_mut() {
+                    child.decor_mut().set_prefix(format!("\n{description}"));
+                    comment_table(child, referred(&inner["items"], root), root);
+                }
+            }
+            _ => {
+                if let Some(mut name) = table.key_mut(key) {
+                    name.leaf_decor_mut().set_prefix(description);
+                }
+            }
+        }
+    }
+    comment_absent(table, &keys, own);
+}
+
+/// Lines for the keys that are not there, above the first key of the table.
+fn comment_absent(table: &mut Table, keys: &[String], own: &Json) {
+    let mut lines = String::new();
+    for (key, property) in own["properties"].as_object().into_iter().flatten() {
+        if !keys.contains(key) {
+            lines += &format!("# {key}: {}\n", property["description"].as_str().unwrap_or_default());
+        }
+    }
+    let first = keys.iter().find(|key| table.get(key).is_some_and(Item::is_value));
+    if let Some(mut name) = first.and_then(|key| table.key_mut(key)) {
+        let prefix = name.leaf_decor().prefix().and_then(|prefix| prefix.as_str()).unwrap_or_default().to_owned();
+        name.leaf_decor_mut().set_prefix(lines + &prefix);
+    }
+}
+
+/// The schema that a property refers to, itself if it is written out.
+fn referred<'a>(property: &'a Json, root: &'a Json) -> &'a Json {
+    let target =
+        property["$ref"].as_str().or_else(|| property["anyOf"].as_array()?.iter().find_map(|one| one["$ref"].as_str()));
+    target.and_then(|target| root.pointer(target.trim_start_matches('#'))).unwrap_or(property)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Source, check, parse};
+    use super::*;
+
+    #[test]
+    fn every_template_parses_to_its_example() {
+        for shape in shapes::SHAPES {
+            let text = template(shape.name).unwrap();
+            let source = Source { name: "new".into(), text };
+            let scene = parse(&source).unwrap();
+            check(&scene).unwrap();
+            assert_eq!(scene, resolve(&example(shape), shape.dimension), "{}", source.text);
+            assert!(source.text.contains("# dynamics: "), "{}", source.text);
+        }
+        assert!(template("cub").unwrap_err().help().unwrap().contains("did you mean \"cube\""));
+    }
+
+    #[test]
+    fn every_key_of_the_schema_is_described() {
+        let schema = schema();
+        let tables = schema["$defs"].as_object().unwrap().values().chain([&schema]);
+        for (key, property) in tables.filter_map(|table| table["properties"].as_object()).flatten() {
+            let described = property["description"].as_str().is_some_and(|text| text.len() > 4);
+            assert!(described, "{key} has no description");
+        }
+    }
+}
