@@ -82,8 +82,7 @@ fn thesis_2_29_blocks_are_b_transpose_d_b() {
                     })
                     .collect();
                 for (row, left) in &columns {
-                    let stress: Vec<f64> =
-                        law.iter().map(|d| d.iter().zip(left).map(|(d, b)| d * b).sum()).collect();
+                    let stress: Vec<f64> = law.iter().map(|d| d.iter().zip(left).map(|(d, b)| d * b).sum()).collect();
                     for (column, right) in &columns {
                         dense[*row][*column] +=
                             filled.volumes[q] * stress.iter().zip(right).map(|(s, b)| s * b).sum::<f64>();
@@ -193,7 +192,8 @@ fn consistent_loads_have_their_resultants() {
     let cube = body("cube");
     let dofs = free(&cube);
     let face = |name| Face { patch: &cube, name, thickness: 1.0, extra_points: 0 };
-    for (name, axis, sign) in [("x-", 0, -1.0), ("x+", 0, 1.0), ("y-", 1, -1.0), ("y+", 1, 1.0), ("z-", 2, -1.0), ("z+", 2, 1.0)]
+    for (name, axis, sign) in
+        [("x-", 0, -1.0), ("x+", 0, 1.0), ("y-", 1, -1.0), ("y+", 1, 1.0), ("z-", 2, -1.0), ("z+", 2, 1.0)]
     {
         let load = loads::traction(face(name), &dofs, &|_, n| n.map(|n| 5.0 * n)).expect("a pressure");
         let mut expected = [0.0; 3];
