@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::choices::names;
 use super::shapes::{self, Shape};
 
 /// `[geometry]`: a shape by name, or a patch from a file; exactly one of the two.
@@ -12,6 +13,7 @@ use super::shapes::{self, Shape};
 #[serde(default, deny_unknown_fields)]
 pub struct Geometry {
     /// Name of a shape (`springfit list shapes`).
+    #[schemars(extend("enum" = names("geometry.shape")))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<String>,
     /// A patch in a JSON file; a relative path starts at the folder of the scene.

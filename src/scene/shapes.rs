@@ -7,6 +7,7 @@ pub struct Shape {
     pub default_degree: &'static [usize],
     pub default_size: [f64; 3],
     pub fixed_face: &'static str,
+    pub default_force: [f64; 3],
 }
 pub const SHAPES: &[Shape] = &[
     Shape {
@@ -16,7 +17,8 @@ pub const SHAPES: &[Shape] = &[
         default_control_points: &[6, 6],
         default_degree: &[2, 2],
         default_size: [2.0, 2.0, 0.0],
-        fixed_face: "y+",
+        fixed_face: "y-",
+        default_force: [200.0, -200.0, 0.0],
     },
     Shape {
         name: "circle",
@@ -25,7 +27,8 @@ pub const SHAPES: &[Shape] = &[
         default_control_points: &[6, 6],
         default_degree: &[2, 2],
         default_size: [2.0, 2.0, 0.0],
-        fixed_face: "y+",
+        fixed_face: "y-",
+        default_force: [200.0, -200.0, 0.0],
     },
     Shape {
         name: "ellipse",
@@ -34,7 +37,8 @@ pub const SHAPES: &[Shape] = &[
         default_control_points: &[6, 6],
         default_degree: &[2, 2],
         default_size: [2.0, 1.0, 0.0],
-        fixed_face: "y+",
+        fixed_face: "y-",
+        default_force: [200.0, -200.0, 0.0],
     },
     Shape {
         name: "cube",
@@ -43,7 +47,8 @@ pub const SHAPES: &[Shape] = &[
         default_control_points: &[6, 6, 6],
         default_degree: &[2, 2, 2],
         default_size: [2.0, 2.0, 2.0],
-        fixed_face: "z+",
+        fixed_face: "z-",
+        default_force: [80.0, -40.0, 40.0],
     },
     Shape {
         name: "torus",
@@ -52,7 +57,8 @@ pub const SHAPES: &[Shape] = &[
         default_control_points: &[9, 5, 5],
         default_degree: &[2, 2, 2],
         default_size: [2.5, 2.5, 0.75],
-        fixed_face: "y+",
+        fixed_face: "y-",
+        default_force: [200.0, -200.0, 0.0],
     },
     Shape {
         name: "spheroid",
@@ -61,7 +67,8 @@ pub const SHAPES: &[Shape] = &[
         default_control_points: &[9, 10, 3],
         default_degree: &[2, 2, 1],
         default_size: [4.0, 1.0, 1.0],
-        fixed_face: "z+",
+        fixed_face: "z-",
+        default_force: [80.0, -40.0, 40.0],
     },
     Shape {
         name: "plate",
@@ -71,6 +78,7 @@ pub const SHAPES: &[Shape] = &[
         default_degree: &[2, 2, 1],
         default_size: [2.0, 2.0, 0.2],
         fixed_face: "x-",
+        default_force: [0.0, 0.0, -0.5],
     },
     Shape {
         name: "beam",
@@ -80,6 +88,7 @@ pub const SHAPES: &[Shape] = &[
         default_degree: &[2, 2, 2],
         default_size: [6.0, 1.0, 1.0],
         fixed_face: "x-",
+        default_force: [0.0, 0.0, -0.5],
     },
 ];
 pub fn find(name: &str) -> Option<&'static Shape> {
