@@ -8,6 +8,7 @@ const FLOORS: &[(&str, u32)] = &[
     ("sparse", 0),
     ("dense", 0),
     ("rng", 0),
+    ("memory", 0),
     ("clock", 0),
     ("error", 0),
     ("geometry", 1),

@@ -6,8 +6,10 @@
 //! | [`objectives`] | the distances between network and continuum |
 //! | [`optimiser`] | what every optimiser is given and gives back; their table |
 //! | [`optimisers`] | annealing, Gauss-Newton, hybrid |
+//! | [`errors`] | how far the calibrated network is from the continuum |
 //! | [`sweep`] | Algorithm 5.1: groupings over gamma, equal ones solved once |
 
+pub mod errors;
 pub mod objective;
 pub mod objectives;
 pub mod optimiser;

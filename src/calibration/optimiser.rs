@@ -11,6 +11,8 @@ pub struct Settings {
     pub starts: usize,
     /// Factorisations a start may spend.
     pub refactorisations: u64,
+    /// Factorisations that the best start may spend beyond that.
+    pub polish: u64,
     /// Gauss-Newton ends when a step lowers the error by less than this fraction.
     pub tolerance: f64,
     /// Independent annealing chains.
@@ -26,8 +28,9 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            starts: 3,
+            starts: 8,
             refactorisations: 20,
+            polish: 80,
             tolerance: 1e-6,
             chains: 4,
             evaluations: 5000,
@@ -88,6 +91,23 @@ pub struct Outcome {
     pub trace: Vec<TracePoint>,
 }
 
+impl Outcome {
+    /// This outcome continued by another one that began where it ended.
+    pub fn followed_by(self, next: Self) -> Self {
+        let (seconds, refactorisations) = self.trace.last().map_or((0.0, 0), |p| (p.seconds, p.refactorisations));
+        let mut trace = self.trace;
+        trace.extend(next.trace.iter().map(|point| TracePoint {
+            seconds: point.seconds + seconds,
+            refactorisations: point.refactorisations + refactorisations,
+            error: point.error.min(self.error),
+        }));
+        let mut counts = self.counts;
+        counts += next.counts;
+        let (phi, error) = if next.error < self.error { (next.phi, next.error) } else { (self.phi, self.error) };
+        Self { phi, error, stop: next.stop, counts, trace }
+    }
+}
+
 /// The best of several outcomes, with the work of all of them; the first of equals.
 ///
 /// # Panics
@@ -121,7 +141,7 @@ pub const OPTIMISERS: &[Optimiser] = &[
         name: "gauss_newton",
         doc: "damped Gauss-Newton with the exact Jacobian and bounds, from several starts",
         run: gauss_newton::run,
-        expected_evaluations: |settings| settings.starts as u64 * settings.refactorisations,
+        expected_evaluations: |settings| settings.starts as u64 * settings.refactorisations + settings.polish,
     },
     Optimiser {
         name: "annealing",
@@ -133,7 +153,9 @@ pub const OPTIMISERS: &[Optimiser] = &[
         name: "hybrid",
         doc: "annealing, then Gauss-Newton from the best state of each chain",
         run: hybrid::run,
-        expected_evaluations: |settings| settings.evaluations + settings.chains as u64 * settings.refactorisations,
+        expected_evaluations: |settings| {
+            settings.evaluations + settings.chains as u64 * settings.refactorisations + settings.polish
+        },
     },
 ];
 

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::calibration::objective::{Objective, Problem};
 use crate::calibration::objectives::displacement::{Displacement, Target};
 use crate::calibration::optimiser::{Optimiser, Outcome, Settings};
-use crate::clock::Progress;
+use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
 use crate::sparse::cholesky::Symbolic;
 use crate::springs::affine::AffineStiffness;
@@ -68,7 +68,17 @@ pub struct Shared<'a> {
     pub weights: &'a [f64],
 }
 
-/// Solves the distinct problems in parallel; outcomes in the order of the problems.
+/// The answer to one distinct problem.
+pub struct Solved {
+    /// What the optimiser found.
+    pub outcome: Outcome,
+    /// Displacements of the fitted cases there (cases x n), m, from a fresh factorisation.
+    pub displacement: Vec<f64>,
+    /// Seconds of the fit.
+    pub seconds: f64,
+}
+
+/// Solves the distinct problems in parallel; answers in the order of the problems.
 ///
 /// # Errors
 /// The first error of a problem, in their order.
@@ -79,8 +89,9 @@ pub fn solve(
     settings: &Settings,
     seed: u64,
     progress: &Progress,
-) -> Result<Vec<Outcome>> {
-    let solve_one = |problem: &SweepProblem| {
+) -> Result<Vec<Solved>> {
+    let solve_one = |problem: &SweepProblem| -> Result<Solved> {
+        let watch = Stopwatch::start();
         let target = Target {
             stiffness: &problem.stiffness,
             symbolic: shared.symbolic,
@@ -90,7 +101,11 @@ pub fn solve(
             weights: shared.weights,
         };
         let make = || -> Box<dyn Objective + '_> { Box::new(Displacement::new(target)) };
-        (optimiser.run)(&Problem { make: &make, upper: &problem.upper, seed, index: problem.index, progress }, settings)
+        let given = Problem { make: &make, upper: &problem.upper, seed, index: problem.index, progress };
+        let outcome = (optimiser.run)(&given, settings)?;
+        let mut exact = Displacement::new(target);
+        exact.error(&outcome.phi)?;
+        Ok(Solved { outcome, displacement: exact.displacement().to_vec(), seconds: watch.seconds() })
     };
     problems.par_iter().map(solve_one).collect()
 }

@@ -1,20 +1,28 @@
 //! `springfit reproduce`: the tables of the thesis, theirs beside ours.
 
-use springfit::error::Error;
+use std::io::IsTerminal;
+use std::sync::Arc;
 
-use super::Result;
+use serde_json::json;
+use springfit::clock::Progress;
+use springfit::report::reproduce;
 
-/// Tables that can be computed again.
-const TABLES: [&str; 5] = ["5.2", "5.3", "5.4", "5.5", "5.7"];
+use super::progress::{Watcher, stop_on_interrupt};
+use super::{Result, terminal};
 
 /// Computes the tables with these numbers, all when there are none.
 ///
 /// # Errors
-/// An unknown number.
-pub fn run(ids: &[String], _json: bool) -> Result<()> {
-    if let Some(unknown) = ids.iter().find(|id| !TABLES.contains(&id.as_str())) {
-        let message = format!("there is no table {unknown}");
-        return Err(Error::input("ID", message, format!("known tables are {}", TABLES.join(", "))).into());
+/// An unknown number, or an interruption.
+pub fn run(ids: &[String], json: bool) -> Result<()> {
+    let progress = Arc::new(Progress::default());
+    stop_on_interrupt(&progress);
+    let watcher = Watcher::start(Arc::clone(&progress), std::io::stderr().is_terminal());
+    let rows = reproduce::run(ids, &progress);
+    drop(watcher);
+    let rows = rows?;
+    match json {
+        true => terminal::print(&format!("{:#}", json!(rows))),
+        false => terminal::print(reproduce::table(&rows).trim()),
     }
-    Err(Error::input("reproduce", "the tables are not wired in yet", "use run").into())
 }

@@ -5,7 +5,11 @@ use std::sync::Arc;
 
 use springfit::clock::Progress;
 use springfit::error::Error;
+use springfit::export::write;
+use springfit::report::result::Document;
+use springfit::report::summary;
 use springfit::scene::{self, Input};
+use springfit::study;
 
 use super::progress::{Watcher, stop_on_interrupt};
 use super::{Result, RunArguments, terminal};
@@ -32,9 +36,19 @@ pub fn run(arguments: &RunArguments) -> Result<()> {
 }
 
 /// Runs the study and puts out its result.
-fn study(_arguments: &RunArguments, _input: &Input, progress: &Progress) -> springfit::error::Result<()> {
-    progress.check()?;
-    Err(Error::input("run", "the scene is valid, but the study is not wired in yet", "use check"))
+fn study(arguments: &RunArguments, input: &Input, progress: &Progress) -> springfit::error::Result<()> {
+    let mut study = study::run(&input.scene, progress)?;
+    if !arguments.quiet {
+        terminal::warn(&study.warnings);
+    }
+    study.warnings.splice(0..0, input.warnings.iter().cloned());
+    let document = Document::of(&study).to_json();
+    if let Some(folder) = &arguments.out {
+        study.export(folder)?;
+        write::whole(&folder.join("result.json"), document.as_bytes())?;
+    }
+    let text = if arguments.json { document } else { summary::run(&study) };
+    terminal::print(text.trim_end()).map_err(|located| located.error)
 }
 
 /// The worker threads of everything parallel.

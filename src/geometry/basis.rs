@@ -27,8 +27,8 @@ const ORDER: usize = MAX_DEGREE + 1;
 pub fn derivatives(knots: &KnotVector, span: usize, xi: f64, order: usize, out: &mut [f64]) {
     let p = knots.degree();
     let t = knots.knots();
-    let table = triangle(t, span, xi, p);
-    out[..=p].copy_from_slice(&table.values[p][..=p]);
+    let values = triangle(t, span, xi, p);
+    out[..=p].copy_from_slice(&values[p][..=p]);
     for j in 0..=p {
         let mut a = [0.0; ORDER];
         a[0] = 1.0;
@@ -44,8 +44,8 @@ pub fn derivatives(knots: &KnotVector, span: usize, xi: f64, order: usize, out: 
                     a[m] = 0.0;
                     continue;
                 }
-                a[m] = (a[m] - before) / table.widths[p - k][place - k];
-                sum += a[m] * table.values[p - k][place - k];
+                a[m] = (a[m] - before) / support(t, span, p - k, place - k);
+                sum += a[m] * values[p - k][place - k];
             }
             out[k * (p + 1) + j] = factor * sum;
         }
@@ -55,30 +55,23 @@ pub fn derivatives(knots: &KnotVector, span: usize, xi: f64, order: usize, out: 
     }
 }
 
-/// The functions of all degrees on one span.
-struct Triangle {
-    /// `values[q][j]` = N_{s-q+j, q}, j = 0 ..= q.
-    values: [[f64; ORDER]; ORDER],
-    /// `widths[q][j]` = t_{s+1+j} - t_{s-q+j}, the support over which function j of degree q spreads.
-    widths: [[f64; ORDER]; ORDER],
-}
-
-/// Degree by degree up to p; every division is by a width that holds the span, so it is not zero.
-fn triangle(t: &[f64], s: usize, x: f64, p: usize) -> Triangle {
-    let mut table = Triangle { values: [[0.0; ORDER]; ORDER], widths: [[0.0; ORDER]; ORDER] };
-    table.values[0][0] = 1.0;
-    table.widths[0][0] = t[s + 1] - t[s];
+/// The functions of all degrees up to p on one span: row q, place j holds N_{s-q+j, q}, j = 0 ..= q.
+fn triangle(t: &[f64], s: usize, x: f64, p: usize) -> [[f64; ORDER]; ORDER] {
+    let mut values = [[0.0; ORDER]; ORDER];
+    values[0][0] = 1.0;
     for q in 1..=p {
         let mut from_left = 0.0;
         for j in 0..q {
-            let share = table.values[q - 1][j] / table.widths[q - 1][j];
-            table.values[q][j] = from_left + (t[s + 1 + j] - x) * share;
+            let share = values[q - 1][j] / support(t, s, q - 1, j);
+            values[q][j] = from_left + (t[s + 1 + j] - x) * share;
             from_left = (x - t[s + 1 + j - q]) * share;
         }
-        table.values[q][q] = from_left;
-        for j in 0..=q {
-            table.widths[q][j] = t[s + 1 + j] - t[s + j - q];
-        }
+        values[q][q] = from_left;
     }
-    table
+    values
+}
+
+/// Length t_{s+1+j} - t_{s-q+j} of the support of function s - q + j of degree q. It holds the span: not zero.
+fn support(t: &[f64], s: usize, q: usize, j: usize) -> f64 {
+    t[s + 1 + j] - t[s + j - q]
 }

@@ -2,8 +2,12 @@
 
 pub mod basis;
 pub mod dofs;
+pub mod file;
 pub mod gauss;
 pub mod grid;
 pub mod knots;
+pub mod measure;
 pub mod patch;
 pub mod refine;
+pub mod selection;
+pub mod shapes;

@@ -15,6 +15,9 @@ use super::grid::Grid;
 use super::knots::{KnotVector, MAX_DEGREE};
 use crate::error::{Error, Result};
 
+/// Most control points of a patch: three degrees of freedom each are numbered in u32, whose last value means "fixed".
+pub(super) const MAX_NODES: usize = (u32::MAX / 3) as usize - 1;
+
 /// A tensor-product NURBS patch in the plane or in space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
@@ -176,7 +179,8 @@ impl Patch {
         for (value, gradient) in out.values.iter_mut().zip(&mut out.gradients) {
             *value *= inverse_weight;
             let slope: [f64; 3] = std::array::from_fn(|b| gradient[b] * inverse_weight - *value * relative_slope[b]);
-            *gradient = std::array::from_fn(|a| (0..3).map(|b| slope[b] * inverse[b][a]).sum());
+            *gradient =
+                std::array::from_fn(|a| slope[0] * inverse[0][a] + slope[1] * inverse[1][a] + slope[2] * inverse[2][a]);
         }
     }
 
@@ -283,9 +287,8 @@ fn invert(m: &[[f64; 3]; 3]) -> ([[f64; 3]; 3], f64) {
 
 /// Refuses a list whose length is not the number of nodes.
 fn check_count(key: &str, what: &str, shape: &[usize], nodes: Option<usize>, given: usize) -> Result<()> {
-    // Node numbers are u32, and the last of them marks a fixed degree of freedom.
     match nodes {
-        Some(nodes) if nodes == given && nodes < (u32::MAX / 3) as usize => Ok(()),
+        Some(nodes) if nodes == given && nodes <= MAX_NODES => Ok(()),
         _ => {
             let message = format!("{given} {what}, but the knots make a grid of {shape:?} nodes");
             Err(Error::input(
@@ -294,5 +297,66 @@ fn check_count(key: &str, what: &str, shape: &[usize], nodes: Option<usize>, giv
                 "one for every node: the product of (knots - degree - 1) over the directions",
             ))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::shapes;
+
+    fn one_cell(points: Vec<[f64; 3]>, weights: Vec<f64>) -> Result<Patch> {
+        let knots = KnotVector::open_uniform(1, 2).unwrap();
+        Patch::new(vec![knots.clone(), knots], points, weights)
+    }
+
+    #[test]
+    fn bad_patches_are_refused_with_their_index() {
+        let square = vec![[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]];
+        let with = |i: usize, a: usize, x: f64| {
+            let mut points = square.clone();
+            points[i][a] = x;
+            points
+        };
+        let cases = [
+            (one_cell(square[..3].to_vec(), vec![1.0; 4]), "geometry.points"),
+            (one_cell(square.clone(), vec![1.0; 5]), "geometry.weights"),
+            (one_cell(with(2, 1, f64::NAN), vec![1.0; 4]), "geometry.points[2]"),
+            (one_cell(with(1, 0, f64::INFINITY), vec![1.0; 4]), "geometry.points[1]"),
+            (one_cell(with(3, 2, 0.5), vec![1.0; 4]), "geometry.points[3]"),
+            (one_cell(square.clone(), vec![1.0, 1.0, 1.0, 0.0]), "geometry.weights[3]"),
+            (one_cell(square.clone(), vec![1.0, -1.0, 1.0, 1.0]), "geometry.weights[1]"),
+            (one_cell(square.clone(), vec![f64::NAN, 1.0, 1.0, 1.0]), "geometry.weights[0]"),
+            (Patch::new(vec![KnotVector::open_uniform(1, 2).unwrap()], vec![], vec![]), "geometry.knots"),
+        ];
+        for (result, place) in cases {
+            match result {
+                Err(Error::Input { key, .. }) => assert_eq!(key, place),
+                other => panic!("{place}: {other:?}"),
+            }
+        }
+        assert!(one_cell(square, vec![1e-300; 4]).is_ok());
+    }
+
+    #[test]
+    fn a_collapsed_point_has_no_gradients() {
+        let ball = shapes::find("ball_octant").unwrap();
+        let patch = (ball.build)(&ball.default_request()).unwrap();
+        let mut out = patch.workspace();
+        patch.shape_functions(patch.elements()[0], [0.2, 0.3, 0.0], &mut out);
+        assert_eq!(out.determinant, 0.0);
+        assert!(out.gradients.iter().flatten().all(|&slope| slope == 0.0));
+        assert!((out.values.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn elements_and_their_nodes_are_in_c_order() {
+        let plate = shapes::find("plate").unwrap();
+        let patch = (plate.build)(&plate.default_request()).unwrap();
+        let (elements, mut nodes) = (patch.elements(), Vec::new());
+        assert_eq!((elements.len(), elements[1]), (25, [2, 3, 1]));
+        patch.element_nodes(elements[1], &mut nodes);
+        assert_eq!(nodes, [2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 30, 31, 32, 33, 34, 35]);
+        assert_eq!(patch.element_bounds(elements[1]), ([0.0, 0.2, 0.0], [0.2, 0.4, 1.0]));
     }
 }

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::geometry::shapes::{self, Shape};
+
 use super::choices::names;
-use super::shapes::{self, Shape};
 
 /// `[geometry]`: a shape by name, or a patch from a file; exactly one of the two.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

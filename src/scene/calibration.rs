@@ -156,13 +156,15 @@ impl Default for Annealing {
 pub struct GaussNewton {
     /// Factorisations that each start may spend, at least 1.
     pub refactorisations: usize,
+    /// Factorisations that the best start may spend beyond that, 0 or more.
+    pub polish: usize,
     /// Stops when a step lowers the error by less than this fraction of it, above 0.
     pub tolerance: f64,
 }
 
 impl Default for GaussNewton {
     fn default() -> Self {
-        let Settings { refactorisations, tolerance, .. } = Settings::default();
-        Self { refactorisations: refactorisations as usize, tolerance }
+        let Settings { refactorisations, polish, tolerance, .. } = Settings::default();
+        Self { refactorisations: refactorisations as usize, polish: polish as usize, tolerance }
     }
 }

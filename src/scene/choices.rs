@@ -6,7 +6,7 @@ use crate::calibration::optimiser;
 use crate::error::{Error, Result};
 use crate::springs::{grouping, topology};
 
-use super::shapes;
+use crate::geometry::shapes;
 
 /// A name that a scene may use, and what it means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

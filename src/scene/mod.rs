@@ -24,7 +24,6 @@ mod overrides;
 mod parse;
 mod reference;
 mod resolve;
-pub mod shapes;
 mod springs;
 mod template;
 

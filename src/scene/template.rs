@@ -7,9 +7,9 @@ use serde_json::Value as Json;
 use toml_edit::{DocumentMut, Item, Table};
 
 use crate::error::Result;
+use crate::geometry::shapes::{self, Shape};
 
 use super::choices::{known, names};
-use super::shapes::{self, Shape};
 use super::{Calibration, Geometry, Load, Material, Reference, Scene, Springs, Support, resolve, schema};
 
 /// The commented scene of a shape, as text.

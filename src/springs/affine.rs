@@ -81,27 +81,20 @@ impl AffineStiffness {
     ) -> Self {
         assert_eq!(network.springs.len(), grouping.group_of.len(), "one group for every spring");
         assert_eq!(network.springs.len(), coefficients.len(), "one coefficient for every spring");
-        let groups = grouping.groups.len();
-        let mut member_starts = vec![0; groups + 1];
-        for &group in &grouping.group_of {
-            member_starts[group as usize + 1] += 1;
-        }
-        for a in 0..groups {
-            member_starts[a + 1] += member_starts[a];
-        }
+        let member = |s: usize| Member {
+            ends: unknowns(network.springs[s].nodes, dofs),
+            direction: network.springs[s].direction,
+            coefficient: coefficients[s],
+        };
         let mut by_group: Vec<usize> = (0..network.springs.len()).collect();
         by_group.sort_by_key(|&s| grouping.group_of[s]);
-        let members: Vec<Member> = by_group
-            .iter()
-            .map(|&s| (&network.springs[s], coefficients[s]))
-            .map(|(spring, coefficient)| Member {
-                ends: unknowns(spring.nodes, dofs),
-                direction: spring.direction,
-                coefficient,
-            })
-            .collect();
+        let members: Vec<Member> = by_group.into_iter().map(member).collect();
+        let mut member_starts = vec![0];
+        for group in &grouping.groups {
+            member_starts.push(member_starts[member_starts.len() - 1] + group.springs);
+        }
         let terms = Terms::collect(&members, &member_starts, symbolic);
-        Self { unknowns: dofs.len(), groups, terms, members, member_starts }
+        Self { unknowns: dofs.len(), groups: grouping.groups.len(), terms, members, member_starts }
     }
 
     /// Number of free degrees of freedom.

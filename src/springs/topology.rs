@@ -70,33 +70,41 @@ fn offsets(dimension: usize) -> Vec<[i8; 3]> {
 /// Joins every node to its neighbours at the given offsets.
 fn connect(grid: &Grid, positions: &[[f64; 3]], dofs: &DofMap, offsets: &[[i8; 3]]) -> Network {
     assert_eq!(grid.len(), positions.len(), "one position for every node");
-    let tied = (0..grid.len()).any(|node| dofs.master(node) != node);
     let tolerance = COINCIDENT * diagonal(positions);
     let mut springs: Vec<Spring> = Vec::with_capacity(grid.len() * offsets.len());
-    let mut known: HashMap<[u32; 2], usize> = HashMap::new();
     let mut zero_length = 0;
     for node in 0..grid.len() {
         let index = grid.index(node);
         for &offset in offsets {
             let Some(neighbour) = step(grid, index, offset) else { continue };
             let (a, b) = (dofs.master(node), dofs.master(neighbour));
-            let Some((length, direction)) = rest(positions[a], positions[b], tolerance) else {
+            if let Some((length, direction)) = rest(positions[a], positions[b], tolerance) {
+                let (nodes, cells) = ([a as u32, b as u32], cells_around(grid, index, offset));
+                springs.push(Spring { nodes, length, direction, kind: Kind::of(offset), offset, cells });
+            } else {
                 zero_length += 1;
-                continue;
-            };
-            let cells = cells_around(grid, index, offset);
-            if tied {
-                let place = known.entry([a.min(b) as u32, a.max(b) as u32]).or_insert(springs.len());
-                if *place < springs.len() {
-                    springs[*place].cells += cells;
-                    continue;
-                }
             }
-            let nodes = [a as u32, b as u32];
-            springs.push(Spring { nodes, length, direction, kind: Kind::of(offset), offset, cells });
         }
     }
+    if (0..grid.len()).any(|node| dofs.master(node) != node) {
+        springs = joined(springs);
+    }
     Network { dimension: grid.dimension(), positions: positions.to_vec(), springs, zero_length }
+}
+
+/// Makes springs between the same two nodes one spring, the first of them, with the cells of all.
+fn joined(springs: Vec<Spring>) -> Vec<Spring> {
+    let mut known: HashMap<[u32; 2], usize> = HashMap::with_capacity(springs.len());
+    let mut kept: Vec<Spring> = Vec::with_capacity(springs.len());
+    for spring in springs {
+        let [a, b] = spring.nodes;
+        let place = *known.entry([a.min(b), a.max(b)]).or_insert(kept.len());
+        match kept.get_mut(place) {
+            Some(first) => first.cells += spring.cells,
+            None => kept.push(spring),
+        }
+    }
+    kept
 }
 
 /// The node at this offset from `index`, if the grid has it.

@@ -12,6 +12,9 @@
 //! therefore taken in x with phi = c sinh(x): logarithmic where phi is much larger than c, linear near the bound 0,
 //! where the logarithm would stall. After each trial the best common factor of all stiffnesses is applied, which costs
 //! nothing.
+//!
+//! Many groups leave flat valleys and local minima, so several starts spend a few factorisations each, and only the best
+//! of them is polished.
 
 use rayon::prelude::*;
 
@@ -53,8 +56,21 @@ pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
     }
     match failure {
         Some(error) if found.is_empty() => Err(error),
-        _ => Ok(best(found)),
+        _ => polish(problem, settings, best(found)),
     }
+}
+
+/// Goes on from an outcome that had spent its factorisations.
+///
+/// # Errors
+/// As [`descend`].
+pub fn polish(problem: &Problem, settings: &Settings, found: Outcome) -> Result<Outcome> {
+    if found.stop != Stop::RefactorisationLimit || settings.polish == 0 {
+        return Ok(found);
+    }
+    let further = Settings { refactorisations: settings.polish, ..*settings };
+    let next = descend(problem, &further, &found.phi)?;
+    Ok(found.followed_by(next))
 }
 
 /// Where a start begins: a tenth of the bounds, then one stiffness for all groups, then anywhere within three decades

@@ -16,18 +16,9 @@ use crate::error::Result;
 /// As annealing and Gauss-Newton.
 pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
     let chains = annealing::chains(problem, settings)?;
-    let polished: Vec<Outcome> =
-        chains.par_iter().map(|chain| gauss_newton::descend(problem, settings, &chain.phi)).collect::<Result<_>>()?;
-    let joined = chains.into_iter().zip(polished).map(|(chain, mut polish)| {
-        let (seconds, before) = chain.trace.last().map_or((0.0, 0), |p| (p.seconds, p.refactorisations));
-        for point in &mut polish.trace {
-            point.seconds += seconds;
-            point.refactorisations += before;
-        }
-        let mut trace = chain.trace;
-        trace.append(&mut polish.trace);
-        polish.counts += chain.counts;
-        Outcome { trace, ..polish }
+    let descended = chains.into_par_iter().map(|chain| -> Result<Outcome> {
+        let next = gauss_newton::descend(problem, settings, &chain.phi)?;
+        Ok(chain.followed_by(next))
     });
-    Ok(best(joined.collect()))
+    gauss_newton::polish(problem, settings, best(descended.collect::<Result<_>>()?))
 }

@@ -1,0 +1,146 @@
+//! One case for each stage of a calibration, on cubes of 9^3 and 17^3 control points.
+//!
+//! Policy: one thread (what one worker of a sweep does), the code path that `springfit run` takes, nothing allocated in
+//! the timed part that a run would not allocate. Compare runs on one idle machine only. The error that belongs to the
+//! times is printed beside them.
+//!
+//! Run with `cargo bench --bench stages`.
+
+use std::hint::black_box;
+use std::sync::Arc;
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use springfit::calibration::objective::Objective;
+use springfit::calibration::objectives::displacement::{Displacement, Target, weights};
+use springfit::dense;
+use springfit::reference::{Reference, stiffness};
+use springfit::scene::{self, Scene, Source};
+use springfit::sparse::cholesky::{Factor, Symbolic};
+use springfit::sparse::ordering::nested_dissection;
+use springfit::springs::affine::{self, AffineStiffness};
+use springfit::springs::{bounds, grouping};
+use springfit::study::body::{self, Body};
+use springfit::study::loads::{self, LoadCase};
+use springfit::study::network::{self, Lattice};
+
+struct Cube {
+    body: Body,
+    loads: Vec<LoadCase>,
+    lattice: Lattice,
+    reference: Reference,
+    stiffness: AffineStiffness,
+    upper: Vec<f64>,
+}
+
+fn cube(n: usize) -> Cube {
+    let text = format!(
+        "[geometry]\nshape = \"cube\"\ncontrol_points = [{n}, {n}, {n}]\n\
+         [material]\nyoung = 15e3\npoisson = 0.3333333333333333\n\
+         [support]\nfaces = [\"z-\"]\n[[load]]\nforce_per_node = [80.0, -40.0, 40.0]\n"
+    );
+    let scene: Scene = scene::parse(&Source { name: "cube".into(), text }).expect("a valid scene");
+    let body = body::build(&scene).expect("a valid body");
+    let loads = loads::build(&scene, &body).expect("a load");
+    let lattice = network::build(&scene, &body).expect("a network");
+    let order = order(&body, 2);
+    let forces = vec![loads[0].load.clone()];
+    let reference =
+        Reference::solve(&body.integration_points(), body.lame, &body.dofs, order, &forces).expect("solvable");
+    let groups = (grouping::find("length").expect("known").group)(&lattice.network, 0.1).expect("legal gamma");
+    let stiffness =
+        AffineStiffness::new(&lattice.network, &groups, &lattice.coefficients, &body.dofs, &lattice.symbolic);
+    let upper = bounds::upper_bounds(&lattice.network, &groups, &lattice.spring_bounds, scene.springs.law);
+    Cube { body, loads, lattice, reference, stiffness, upper }
+}
+
+fn order(body: &Body, reach: usize) -> Vec<u32> {
+    body.dofs.order(&nested_dissection(body.grid().extents(), reach, [false; 3]))
+}
+
+fn stages(criterion: &mut Criterion) {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first use of rayon");
+    for n in [9, 17] {
+        let cube = cube(n);
+        systems(criterion, n, &cube);
+        fits(criterion, n, &cube);
+    }
+}
+
+fn id(stage: &str, n: usize) -> BenchmarkId {
+    BenchmarkId::new(stage, format!("{n}^3"))
+}
+
+/// Assembly, analysis, value update, factorisation.
+fn systems(criterion: &mut Criterion, n: usize, cube: &Cube) {
+    let Cube { body, loads, lattice, stiffness: springs, upper, .. } = cube;
+    let mut group = criterion.benchmark_group("stages");
+    group.sample_size(10);
+
+    let points = body.integration_points();
+    let pattern = stiffness::pattern(&points, &body.dofs);
+    group.bench_function(id("IGA assembly", n), |b| {
+        b.iter(|| stiffness::stiffness(&points, body.lame, &body.dofs, &pattern).expect("assembles"));
+    });
+
+    let pattern = affine::pattern(&lattice.network, &body.dofs);
+    let order = order(body, 1);
+    group.bench_function(id("analyse", n), |b| {
+        b.iter(|| Symbolic::analyse(&pattern, order.clone()).expect("analysed"));
+    });
+
+    let phi: Vec<f64> = upper.iter().map(|u| 0.1 * u).collect();
+    let forces = &loads[0].load.forces;
+    let mut factor = Factor::new(Arc::clone(&lattice.symbolic));
+    let mut u = vec![0.0; forces.len()];
+    group.bench_function(id("value update", n), |b| {
+        b.iter(|| springs.assemble_into(black_box(&phi), factor.values_mut()));
+    });
+    springs.assemble_into(&phi, factor.values_mut());
+    factor.refactor().expect("positive definite");
+    let error = factor.solve(forces, &mut u).expect("solvable");
+    println!("{n}^3: backward error {error:.1e}, {:.3e} flop a factorisation", lattice.symbolic.factor_flops());
+    group.bench_function(id("refactor + solve", n), |b| {
+        b.iter(|| {
+            factor.refactor().expect("positive definite");
+            factor.solve(forces, &mut u).expect("solvable")
+        });
+    });
+    group.finish();
+}
+
+/// One annealing evaluation and one Gauss-Newton iteration.
+fn fits(criterion: &mut Criterion, n: usize, cube: &Cube) {
+    let Cube { body, loads, lattice, reference, stiffness, upper } = cube;
+    let mut group = criterion.benchmark_group("stages");
+    group.sample_size(10);
+    let case = &reference.cases[0];
+    let weights = weights(&[case.u_max], body.dofs.masters().count());
+    let target = Target {
+        stiffness,
+        symbolic: &lattice.symbolic,
+        upper,
+        forces: &loads[0].load.forces,
+        reference: &case.displacement,
+        weights: &weights,
+    };
+    let phi: Vec<f64> = upper.iter().map(|u| 0.1 * u).collect();
+    let mut objective = Displacement::new(target);
+    println!("{n}^3: error at 0.1 of the bounds {:.3} %", objective.error(&phi).expect("positive definite"));
+    group.bench_function(id("annealing evaluation", n), |b| {
+        b.iter(|| objective.error(black_box(&phi)).expect("positive definite"));
+    });
+    let (mut residual, mut jacobian) = (Vec::new(), Vec::new());
+    group.bench_function(id("Gauss-Newton iteration", n), |b| {
+        b.iter(|| {
+            objective.error(black_box(&phi)).expect("positive definite");
+            objective.linearise(&mut residual, &mut jacobian).expect("solvable");
+            let gram = dense::gram(&jacobian, residual.len(), phi.len());
+            let gradient = dense::transposed_product(&jacobian, &residual);
+            dense::minimise_in_box(&gram, &gradient, &vec![-1e9; phi.len()], &vec![1e9; phi.len()])
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, stages);
+criterion_main!(benches);

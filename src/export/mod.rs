@@ -1,0 +1,100 @@
+//! Floor 4: results as files that other programs read.
+//!
+//! | file | idea |
+//! |---|---|
+//! | [`springs_json`] | the network itself: everything a simulator needs |
+//! | [`control_net`] | the network as lines, with both displacements and their difference, for ParaView |
+//! | [`body`] | the exact body as rational Bezier cells, with the reference displacement, for ParaView |
+//! | [`vtu`] | the XML file format of VTK's unstructured grids |
+//! | [`mod@write`] | a file appears whole or not at all |
+
+pub mod body;
+pub mod control_net;
+pub mod springs_json;
+pub mod vtu;
+pub mod write;
+
+use std::path::{Path, PathBuf};
+
+use crate::error::Result;
+use crate::geometry::dofs::DofMap;
+use crate::geometry::patch::Patch;
+use crate::springs::grouping::Grouping;
+use crate::springs::network::Network;
+
+/// A calibrated network beside the body it stands for.
+#[derive(Debug, Clone, Copy)]
+pub struct Calibrated<'a> {
+    /// Name of the scene.
+    pub name: &'a str,
+    /// The body.
+    pub patch: &'a Patch,
+    /// The springs between its control points.
+    pub network: &'a Network,
+    /// Supports and ties of the control points.
+    pub dofs: &'a DofMap,
+    /// The group of every spring.
+    pub grouping: &'a Grouping,
+    /// Stiffness of every spring, N/m, multiplicity included.
+    pub stiffness: &'a [f64],
+    /// Mass of every control point, kg; when the scene has dynamics.
+    pub masses: Option<&'a [f64]>,
+    /// Damping of every spring, N s/m; when the scene has dynamics.
+    pub damping: Option<&'a [f64]>,
+    /// The load cases.
+    pub cases: &'a [Case<'a>],
+}
+
+/// What the control points do under one load.
+#[derive(Debug, Clone, Copy)]
+pub struct Case<'a> {
+    /// Name of the load case; appended to the names of fields when there are several.
+    pub name: &'a str,
+    /// Displacement of every control point in the reference, m.
+    pub reference: &'a [[f64; 3]],
+    /// Displacement of every control point of the springs, m.
+    pub springs: &'a [[f64; 3]],
+}
+
+impl Calibrated<'_> {
+    /// Name of a field of one case: the plain name when there is only one.
+    fn field_name(&self, field: &str, case: &Case) -> String {
+        if self.cases.len() == 1 { field.to_owned() } else { format!("{field}_{}", case.name) }
+    }
+}
+
+/// A way to write results, chosen by its name.
+pub struct Exporter {
+    /// The word on the command line.
+    pub name: &'static str,
+    /// What it writes, in a line.
+    pub doc: &'static str,
+    /// Writes into a folder, and says which files.
+    pub write: fn(&Calibrated, &Path) -> Result<Vec<PathBuf>>,
+}
+
+/// All exporters.
+pub const EXPORTERS: &[Exporter] = &[
+    Exporter {
+        name: "springs",
+        doc: "springs.json: positions, masses, edges, rest lengths, groups, stiffness, damping",
+        write: springs_json::write,
+    },
+    Exporter {
+        name: "vtu",
+        doc: "springs.vtu and body.vtu for ParaView: the network, and the exact body",
+        write: write_vtu,
+    },
+];
+
+/// The exporter of this name.
+pub fn find(name: &str) -> Option<&'static Exporter> {
+    EXPORTERS.iter().find(|exporter| exporter.name == name)
+}
+
+fn write_vtu(results: &Calibrated, folder: &Path) -> Result<Vec<PathBuf>> {
+    let (springs, body) = (folder.join("springs.vtu"), folder.join("body.vtu"));
+    write::whole(&springs, &control_net::document(results))?;
+    write::whole(&body, &body::document(results)?)?;
+    Ok(vec![springs, body])
+}

@@ -1,0 +1,154 @@
+//! Integration points: the one currency between a method and everything that integrates over the body.
+//!
+//! A body is a list of elements (knot spans, finite elements or smoothing domains). At its integration points q an
+//! element knows which nodes act, their shape functions N_a and gradients dN_a/dx, and the volume v_q that the point
+//! stands for, so that every integral is a sum:
+//!
+//! ```text
+//!     integral of f(N, dN/dx) dV  =  sum over elements, sum over q of v_q f(N(q), dN/dx(q))
+//! ```
+//!
+//! A method (see [`super::methods`]) differs from another only in how it fills an [`ElementPoints`]. Volumes are in
+//! m^3: in two dimensions they contain the thickness.
+
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::geometry::patch::ShapeFunctions;
+
+/// Elements handled by one task of a parallel loop: enough to forget the cost of starting it.
+const ELEMENTS_PER_TASK: usize = 64;
+
+/// The integration points of one element; reused from element to element.
+#[derive(Debug, Clone, Default)]
+pub struct ElementPoints {
+    /// Volume of each point in m^3.
+    pub volumes: Vec<f64>,
+    /// Place of each point in m.
+    pub positions: Vec<[f64; 3]>,
+    /// Shape functions: point q, node a at `q * nodes + a`.
+    pub values: Vec<f64>,
+    /// Gradients of the shape functions in 1/m, stored like the values; zero in missing directions.
+    pub gradients: Vec<[f64; 3]>,
+    /// Workspace of the methods that ask a patch for one point at a time.
+    pub(super) shape: Option<ShapeFunctions>,
+}
+
+impl ElementPoints {
+    /// Forgets the points, keeps the memory.
+    pub(super) fn clear(&mut self) {
+        self.volumes.clear();
+        self.positions.clear();
+        self.values.clear();
+        self.gradients.clear();
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.volumes.len()
+    }
+
+    /// True before the first fill.
+    pub fn is_empty(&self) -> bool {
+        self.volumes.is_empty()
+    }
+}
+
+/// How a method fills the points of one element.
+pub(super) type Fill<'a> = Box<dyn Fn(usize, &mut ElementPoints) -> Result<()> + Send + Sync + 'a>;
+
+/// All elements of a body under one method.
+pub struct IntegrationPoints<'a> {
+    dimension: usize,
+    nodes: usize,
+    thickness: f64,
+    acting: Vec<Vec<u32>>,
+    fill: Fill<'a>,
+    warnings: Vec<String>,
+}
+
+impl<'a> IntegrationPoints<'a> {
+    /// A body of `nodes` nodes in `dimension` directions; `acting[e]` lists the nodes that act in element e in the
+    /// order in which `fill` writes their shape functions. `thickness` (m) is what `fill` multiplies areas with, 1 in
+    /// three dimensions.
+    pub(super) fn new(dimension: usize, nodes: usize, thickness: f64, acting: Vec<Vec<u32>>, fill: Fill<'a>) -> Self {
+        Self { dimension, nodes, thickness, acting, fill, warnings: Vec::new() }
+    }
+
+    /// The same points with a remark for the user.
+    pub(super) fn with_warning(mut self, warning: String) -> Self {
+        self.warnings.push(warning);
+        self
+    }
+
+    /// Directions of the body, 2 or 3.
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// Number of nodes of the body.
+    pub fn nodes(&self) -> usize {
+        self.nodes
+    }
+
+    /// Number of elements.
+    pub fn elements(&self) -> usize {
+        self.acting.len()
+    }
+
+    /// The nodes that act in an element.
+    pub fn acting(&self, element: usize) -> &[u32] {
+        &self.acting[element]
+    }
+
+    /// What the user should know about this geometry, such as an orientation that was flipped.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Fills the points of one element. Allocates nothing once `out` has grown.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::FoldedElement`] where the map of the geometry degenerates.
+    pub fn fill(&self, element: usize, out: &mut ElementPoints) -> Result<()> {
+        (self.fill)(element, out)
+    }
+
+    /// Computes one value an element, in parallel; the values come back in the order of the elements.
+    ///
+    /// # Errors
+    /// Those of [`IntegrationPoints::fill`], of the first element that has one.
+    pub(super) fn map<T: Send>(&self, value: impl Fn(usize, &ElementPoints) -> T + Sync) -> Result<Vec<T>> {
+        let filled = (0..self.elements()).into_par_iter().with_min_len(ELEMENTS_PER_TASK);
+        let values: Vec<Result<T>> = filled
+            .map_init(ElementPoints::default, |points, element| {
+                self.fill(element, points)?;
+                Ok(value(element, points))
+            })
+            .collect();
+        values.into_iter().collect()
+    }
+
+    /// Volume of the body in m^3, area in m^2 in two dimensions, as this quadrature sees it.
+    ///
+    /// # Errors
+    /// Those of [`IntegrationPoints::fill`].
+    pub fn measure(&self) -> Result<f64> {
+        let volumes = self.map(|_, points| points.volumes.iter().sum::<f64>())?;
+        Ok(volumes.iter().sum::<f64>() / self.thickness)
+    }
+}
+
+/// du_i/dx_j = sum_a u_a,i dN_a/dx_j at one point.
+pub fn displacement_gradient(acting: &[u32], gradients: &[[f64; 3]], displacement: &[[f64; 3]]) -> [[f64; 3]; 3] {
+    let mut sums = [[0.0; 3]; 3];
+    for (&node, gradient) in acting.iter().zip(gradients) {
+        let u = displacement[node as usize];
+        for (row, u) in sums.iter_mut().zip(u) {
+            for (sum, g) in row.iter_mut().zip(gradient) {
+                *sum += u * g;
+            }
+        }
+    }
+    sums
+}

@@ -1,0 +1,66 @@
+//! Static equilibrium K u = f for several load cases.
+//!
+//! K is factored once; every solution is checked by its componentwise backward error (see
+//! [`crate::sparse::backward_error`]). Displacements that are given where the body is held move to the right-hand side:
+//! with u = u_free + u_given, K u_free = f - K u_given ([`prescribe`]).
+
+use std::sync::Arc;
+
+use nalgebra_sparse::CsrMatrix;
+
+use crate::error::Result;
+use crate::geometry::dofs::{DofMap, FIXED};
+use crate::reference::material::Lame;
+use crate::reference::points::IntegrationPoints;
+use crate::reference::stiffness::internal_forces;
+use crate::sparse::cholesky::{Factor, Symbolic};
+
+/// Displacements of all load cases.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Equilibrium {
+    /// Displacement of each free degree of freedom in m, one vector a load case.
+    pub displacements: Vec<Vec<f64>>,
+    /// Largest componentwise backward error of the solutions.
+    pub backward_error: f64,
+}
+
+/// Solves K u = f for each of `loads` (N, one number for each free degree of freedom).
+///
+/// # Errors
+/// [`crate::error::Error::NotPositiveDefinite`] when the body can move freely;
+/// [`crate::error::Error::Inaccurate`] when a solution stays inaccurate after refinement.
+pub fn solve(stiffness: &CsrMatrix<f64>, symbolic: &Arc<Symbolic>, loads: &[&[f64]]) -> Result<Equilibrium> {
+    let mut factor = Factor::new(Arc::clone(symbolic));
+    factor.load(stiffness);
+    factor.refactor()?;
+    let right = loads.concat();
+    let mut solved = vec![0.0; right.len()];
+    let backward_error = factor.solve(&right, &mut solved)?;
+    let size = symbolic.len().max(1);
+    Ok(Equilibrium { displacements: solved.chunks(size).map(<[f64]>::to_vec).collect(), backward_error })
+}
+
+/// Subtracts from `forces` (free degrees of freedom, N) what it takes to hold the body in the shape `given` (m, n x 3).
+///
+/// `given` is read at held components; put zero at the others. Solve with the result, and add `given` to the
+/// expanded solution.
+///
+/// # Errors
+/// Those of [`IntegrationPoints::fill`].
+pub fn prescribe(
+    points: &IntegrationPoints,
+    lame: Lame,
+    dofs: &DofMap,
+    given: &[[f64; 3]],
+    forces: &mut [f64],
+) -> Result<()> {
+    let reactions = internal_forces(points, lame, given)?;
+    for (node, reaction) in reactions.iter().enumerate() {
+        for (&dof, force) in dofs.free(node).iter().zip(reaction) {
+            if dof != FIXED {
+                forces[dof as usize] -= force;
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,12 @@
+//! Floor 6: a study as a document, as tables, and beside the tables of the sources.
+//!
+//! | file | idea |
+//! |---|---|
+//! | [`result`] | result.json |
+//! | [`summary`] | what a person reads after a run or a check |
+//! | [`reproduce`] | tables of the thesis, theirs beside ours |
+
+pub mod reproduce;
+pub mod result;
+pub mod summary;
+mod thesis;

@@ -1,0 +1,233 @@
+//! result.json: one object that holds all numbers of a run (schema "springfit-result/1").
+//!
+//! Everything but seconds, peak memory and the number of threads is the same for every run of the same scene, seed and
+//! binary. Displacements and springs are not in it: they are in the VTU files and in springs.json.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::calibration::errors::Errors;
+use crate::memory;
+use crate::scene::Scene;
+use crate::study::Study;
+use crate::study::plan::Sizes;
+
+/// The document. Stiffness in N/m (N with the law "axial_rigidity"), lengths in m, errors in percent.
+#[derive(Debug, Serialize)]
+pub struct Document<'a> {
+    schema: &'static str,
+    version: &'static str,
+    seed: u64,
+    threads: usize,
+    scene: &'a Scene,
+    sizes: Sizes,
+    reference: Reference,
+    calibration: Calibration<'a>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dynamics: Option<Dynamics>,
+    warnings: &'a [String],
+    seconds: BTreeMap<&'static str, f64>,
+    peak_memory_bytes: Option<u64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Reference {
+    method: String,
+    compliance: f64,
+    u_max: f64,
+    u_norm2: f64,
+    stiffness_frobenius: f64,
+    measure: f64,
+    backward_error: f64,
+    seconds: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Calibration<'a> {
+    objective: &'a str,
+    optimiser: &'a str,
+    gamma: Option<f64>,
+    e_rms: f64,
+    e_max: f64,
+    global_strain: GlobalStrain,
+    stop: &'static str,
+    groups: Vec<Group<'a>>,
+    fitted: Vec<Case<'a>>,
+    held_out: Vec<Case<'a>>,
+    sweep: Vec<Row>,
+    counts: Counts,
+    trace: Vec<(f64, u64, f64)>,
+}
+
+#[derive(Debug, Serialize)]
+struct GlobalStrain {
+    reference: f64,
+    springs: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Group<'a> {
+    name: &'a str,
+    springs: usize,
+    length: f64,
+    stiffness: f64,
+    lower: f64,
+    upper: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Case<'a> {
+    load: &'a str,
+    e_rms: f64,
+    e_max: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Row {
+    gamma: Option<f64>,
+    groups: usize,
+    e_rms: f64,
+    e_max: f64,
+    evaluations: u64,
+    refactorisations: u64,
+    solves: u64,
+    seconds: f64,
+    stop: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    same_groups_as: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Counts {
+    evaluations: u64,
+    refactorisations: u64,
+    solves: u64,
+    surrogate_evaluations: u64,
+    rejected: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct Dynamics {
+    total_mass: f64,
+    smallest_mass: f64,
+    largest_mass: f64,
+    alpha: Option<f64>,
+    damping: Option<[f64; 2]>,
+}
+
+impl<'a> Document<'a> {
+    /// The document of a study.
+    pub fn of(study: &'a Study) -> Self {
+        let found = &study.calibration;
+        Self {
+            schema: "springfit-result/1",
+            version: env!("CARGO_PKG_VERSION"),
+            seed: study.scene.calibration.seed,
+            threads: rayon::current_num_threads(),
+            scene: &study.scene,
+            sizes: Sizes::of(&study.body, &study.lattice, found.grouping.groups.len()),
+            reference: reference(study),
+            calibration: calibration(study),
+            dynamics: dynamics(study),
+            warnings: &study.warnings,
+            seconds: study.seconds.iter().copied().collect(),
+            peak_memory_bytes: memory::peak_bytes(),
+        }
+    }
+
+    /// The document as indented JSON with a newline at its end.
+    pub fn to_json(&self) -> String {
+        let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
+        text.push('\n');
+        text
+    }
+}
+
+fn reference(study: &Study) -> Reference {
+    let case = &study.reference.cases[0];
+    Reference {
+        method: study.scene.reference.method.clone(),
+        compliance: case.compliance,
+        u_max: case.u_max,
+        u_norm2: case.u_norm2,
+        stiffness_frobenius: study.reference.stiffness_frobenius(),
+        measure: study.reference.measure,
+        backward_error: study.reference.backward_error,
+        seconds: study.reference.seconds,
+    }
+}
+
+fn calibration(study: &Study) -> Calibration<'_> {
+    let found = &study.calibration;
+    let best = &found.sweep[found.best];
+    let groups = found.grouping.groups.iter().zip(&found.phi).zip(&found.upper).map(|((group, phi), upper)| Group {
+        name: &group.name,
+        springs: group.springs,
+        length: group.length,
+        stiffness: *phi,
+        lower: 0.0,
+        upper: *upper,
+    });
+    let cases = |fit: bool| -> Vec<Case> {
+        let pairs = study.loads.iter().zip(&found.errors).filter(|(case, _)| case.fit == fit);
+        pairs.map(|(case, Errors { e_rms, e_max })| Case { load: &case.name, e_rms: *e_rms, e_max: *e_max }).collect()
+    };
+    Calibration {
+        objective: &study.scene.calibration.objective,
+        optimiser: &study.scene.calibration.optimiser,
+        gamma: best.gamma,
+        e_rms: found.fitted.e_rms,
+        e_max: found.fitted.e_max,
+        global_strain: GlobalStrain { reference: found.global_strain[0], springs: found.global_strain[1] },
+        stop: best.outcome.stop.name(),
+        groups: groups.collect(),
+        fitted: cases(true),
+        held_out: cases(false),
+        sweep: rows(study),
+        counts: Counts {
+            evaluations: found.counts.evaluations,
+            refactorisations: found.counts.refactorisations,
+            solves: found.counts.solves,
+            surrogate_evaluations: 0,
+            rejected: found.counts.rejected,
+        },
+        trace: best.outcome.trace.iter().map(|p| (p.seconds, p.refactorisations, p.error)).collect(),
+    }
+}
+
+fn rows(study: &Study) -> Vec<Row> {
+    let sweep = &study.calibration.sweep;
+    let row = |i: usize| {
+        let row = &sweep[i];
+        Row {
+            gamma: row.gamma,
+            groups: row.groups,
+            e_rms: row.errors.e_rms,
+            e_max: row.errors.e_max,
+            evaluations: row.outcome.counts.evaluations,
+            refactorisations: row.outcome.counts.refactorisations,
+            solves: row.outcome.counts.solves,
+            seconds: row.seconds,
+            stop: row.outcome.stop.name(),
+            same_groups_as: if row.solved_by == i { None } else { sweep[row.solved_by].gamma },
+        }
+    };
+    (0..sweep.len()).map(row).collect()
+}
+
+fn dynamics(study: &Study) -> Option<Dynamics> {
+    let data = study.dynamics.as_ref()?;
+    let range = |values: &[f64]| {
+        let positive = values.iter().copied().filter(|value| *value > 0.0);
+        [positive.clone().fold(f64::INFINITY, f64::min), positive.fold(0.0, f64::max)]
+    };
+    let [smallest_mass, largest_mass] = range(&data.masses);
+    Some(Dynamics {
+        total_mass: data.masses.iter().sum(),
+        smallest_mass,
+        largest_mass,
+        alpha: study.scene.dynamics.as_ref().and_then(|dynamics| dynamics.alpha),
+        damping: data.damping.as_deref().map(range),
+    })
+}

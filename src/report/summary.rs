@@ -1,0 +1,95 @@
+//! What a person reads after `run` and `check`: a few lines and the table of the sweep.
+
+use std::fmt::Write;
+
+use crate::calibration::errors::Errors;
+use crate::study::Study;
+use crate::study::plan::{Plan, Sizes};
+
+/// The summary of a run.
+pub fn run(study: &Study) -> String {
+    let found = &study.calibration;
+    let mut text = String::new();
+    let mut line = |words: String| {
+        let _ = writeln!(text, "{words}");
+    };
+    line(format!(
+        "{}: {}",
+        study.scene.name,
+        sizes(&Sizes::of(&study.body, &study.lattice, found.grouping.groups.len()))
+    ));
+    line(format!(
+        "reference: {}, measure {:.6}, u_max {:.6} m, backward error {:.1e}, {:.3} s",
+        study.scene.reference.method,
+        study.reference.measure,
+        study.reference.cases.iter().fold(0.0, |a: f64, c| a.max(c.u_max)),
+        study.reference.backward_error,
+        study.reference.seconds
+    ));
+    line(format!(
+        "\n{:>8} {:>7} {:>10} {:>10} {:>16} {:>9}  stop",
+        "gamma", "groups", "e_rms %", "e_max %", "refactorisations", "seconds"
+    ));
+    for (i, row) in found.sweep.iter().enumerate() {
+        let mark = if i == found.best { " <- best" } else { "" };
+        let gamma = row.gamma.map_or("-".to_owned(), |gamma| format!("{gamma}"));
+        let work = match row.solved_by == i {
+            true => {
+                format!("{:>16} {:>9.3}  {}", row.outcome.counts.refactorisations, row.seconds, row.outcome.stop.name())
+            }
+            false => {
+                format!("{:>16} {:>9}  same groups as {}", "", "", found.sweep[row.solved_by].gamma.unwrap_or(0.0))
+            }
+        };
+        line(format!(
+            "{gamma:>8} {:>7} {:>10.4} {:>10.4} {work}{mark}",
+            row.groups, row.errors.e_rms, row.errors.e_max
+        ));
+    }
+    line(format!("\n{:<24} {:>8} {:>10} {:>14} {:>14}", "group", "springs", "length m", "stiffness", "upper bound"));
+    let shown = 32;
+    for ((group, phi), upper) in found.grouping.groups.iter().zip(&found.phi).zip(&found.upper).take(shown) {
+        line(format!("{:<24} {:>8} {:>10.4} {:>14.6e} {:>14.6e}", group.name, group.springs, group.length, phi, upper));
+    }
+    if found.grouping.groups.len() > shown {
+        line(format!("... and {} more (result.json has all)", found.grouping.groups.len() - shown));
+    }
+    line(String::new());
+    for (case, Errors { e_rms, e_max }) in study.loads.iter().zip(&found.errors) {
+        let role = if case.fit { "fitted" } else { "held out" };
+        line(format!("{role} {}: e_rms {e_rms:.4} %, e_max {e_max:.4} %", case.name));
+    }
+    line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
+    let total: f64 = study.seconds.iter().map(|(_, seconds)| seconds).sum();
+    line(format!("{total:.3} s, {} refactorisations, {} solves", found.counts.refactorisations, found.counts.solves));
+    text
+}
+
+/// The summary of a plan.
+pub fn check(plan: &Plan) -> String {
+    let mut text = format!("{}: {}\n", plan.scene.name, sizes(&plan.sizes));
+    for step in &plan.steps {
+        let _ = writeln!(text, "  {step}");
+    }
+    let rows: Vec<String> = plan
+        .sweep
+        .iter()
+        .map(|(gamma, groups)| gamma.map_or(format!("{groups} groups"), |gamma| format!("{gamma}: {groups}")))
+        .collect();
+    let _ = writeln!(text, "  groups by gamma: {}", rows.join(", "));
+    let [reference, springs] = plan.factor_entries;
+    let _ = writeln!(text, "  factor entries: reference {reference}, springs {springs}");
+    let _ = writeln!(text, "  memory about {:.1} MB, time about {:.2} s", plan.memory_bytes as f64 / 1e6, plan.seconds);
+    text
+}
+
+fn sizes(sizes: &Sizes) -> String {
+    let zero = match sizes.zero_length_springs {
+        0 => String::new(),
+        count => format!(" ({count} of zero length left out)"),
+    };
+    format!(
+        "{} control points, {} free dofs, {} elements, {} springs{zero}, {} groups",
+        sizes.control_points, sizes.free_dofs, sizes.elements, sizes.springs, sizes.groups
+    )
+}

@@ -1,0 +1,155 @@
+//! From a scene to a calibrated network: the method, step by step.
+//!
+//! 1. the body: patch, held and tied control points ([`body`]);
+//! 2. the forces of every load case ([`loads`]);
+//! 3. the continuum reference: K_ref u_ref = f;
+//! 4. the springs on the same nodes, and one analysis of their pattern ([`network`]);
+//! 5. groups and bounds for every gamma, the fit of each (Algorithm 5.1), and the errors under fitted and held-out loads
+//!    ([`fit`]);
+//! 6. masses and damping if the scene asks for dynamics.
+//!
+//! This is the only room that knows all rooms below.
+
+pub mod body;
+pub mod fit;
+pub mod loads;
+pub mod network;
+pub mod plan;
+
+use std::path::{Path, PathBuf};
+
+use crate::clock::{Progress, Stopwatch};
+use crate::error::{Error, Result};
+use crate::export::{self, Calibrated, EXPORTERS};
+use crate::reference::Reference;
+use crate::scene::{Masses, Scene};
+use crate::sparse::ordering::nested_dissection;
+use crate::springs::{damping, masses};
+
+use body::Body;
+use fit::{Calibration, Given};
+use loads::LoadCase;
+use network::Lattice;
+
+/// All that a run found.
+pub struct Study {
+    /// The scene with every default written out.
+    pub scene: Scene,
+    /// The body.
+    pub body: Body,
+    /// The load cases in the order of the scene.
+    pub loads: Vec<LoadCase>,
+    /// The solved continuum; `reference.cases[i]` belongs to `loads[i]`.
+    pub reference: Reference,
+    /// The network with its analysis.
+    pub lattice: Lattice,
+    /// The calibration.
+    pub calibration: Calibration,
+    /// Masses and damping, if the scene has `[dynamics]`.
+    pub dynamics: Option<DynamicsData>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// Seconds of each stage, in order.
+    pub seconds: Vec<(&'static str, f64)>,
+}
+
+/// What a simulator needs beside stiffness.
+pub struct DynamicsData {
+    /// Mass of every control point, kg (0 where it is tied to another).
+    pub masses: Vec<f64>,
+    /// Damping of every spring (4.18), N s/m; absent without alpha.
+    pub damping: Option<Vec<f64>>,
+}
+
+impl Study {
+    /// Writes springs and fields into a folder with every exporter, each file whole or not at all; returns the files.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::File`] with the file that cannot be written.
+    pub fn export(&self, folder: &Path) -> Result<Vec<PathBuf>> {
+        let expand = |u: &Vec<f64>| self.body.dofs.expand(u);
+        let reference: Vec<_> = self.reference.cases.iter().map(|case| expand(&case.displacement)).collect();
+        let springs: Vec<_> = self.calibration.displacements.iter().map(expand).collect();
+        let cases: Vec<export::Case> = (0..self.loads.len())
+            .map(|c| export::Case { name: &self.loads[c].name, reference: &reference[c], springs: &springs[c] })
+            .collect();
+        let calibrated = Calibrated {
+            name: &self.scene.name,
+            patch: &self.body.patch,
+            network: &self.lattice.network,
+            dofs: &self.body.dofs,
+            grouping: &self.calibration.grouping,
+            stiffness: &self.calibration.stiffness,
+            masses: self.dynamics.as_ref().map(|data| data.masses.as_slice()),
+            damping: self.dynamics.as_ref().and_then(|data| data.damping.as_deref()),
+            cases: &cases,
+        };
+        let written = EXPORTERS.iter().map(|exporter| (exporter.write)(&calibrated, folder));
+        Ok(written.collect::<Result<Vec<_>>>()?.concat())
+    }
+}
+
+/// Runs a checked scene.
+///
+/// # Errors
+/// [`Error::Input`] where a value does not fit the body; [`Error::Mechanism`] and its kin where the numbers do not allow
+/// it; [`Error::Interrupted`].
+pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
+    let mut seconds = Vec::new();
+    let mut timed = |stage: &'static str, watch: Stopwatch| seconds.push((stage, watch.seconds()));
+
+    let watch = Stopwatch::start();
+    progress.enter("body and loads", 0);
+    let body = body::build(scene)?;
+    let scene = body.resolved.clone();
+    let loads = loads::build(&scene, &body)?;
+    timed("geometry", watch);
+
+    let watch = Stopwatch::start();
+    progress.enter("reference", 0);
+    let reference = solve_reference(&body, &loads)?;
+    timed("reference", watch);
+
+    let watch = Stopwatch::start();
+    progress.enter("springs", 0);
+    let lattice = network::build(&scene, &body)?;
+    progress.check()?;
+    timed("springs", watch);
+
+    let watch = Stopwatch::start();
+    let calibration = fit::calibrate(
+        Given { scene: &scene, body: &body, loads: &loads, reference: &reference, lattice: &lattice },
+        progress,
+    )?;
+    timed("calibration", watch);
+
+    let dynamics = dynamics_data(&scene, &body, &lattice, &calibration)?;
+    let mut warnings = body.warnings.clone();
+    warnings.extend(lattice.warnings.iter().cloned());
+    Ok(Study { scene, body, loads, reference, lattice, calibration, dynamics, warnings, seconds })
+}
+
+/// The continuum under all loads.
+fn solve_reference(body: &Body, loads: &[LoadCase]) -> Result<Reference> {
+    let points = body.integration_points();
+    let reach = *body.patch.degree().iter().max().unwrap_or(&1);
+    let order = body.dofs.order(&nested_dissection(body.grid().extents(), reach, body.closed()));
+    let forces: Vec<_> = loads.iter().map(|case| case.load.clone()).collect();
+    Reference::solve(&points, body.lame, &body.dofs, order, &forces)
+}
+
+/// Masses (3.11, 3.12) and damping (4.18), if the scene asks for them.
+fn dynamics_data(scene: &Scene, body: &Body, lattice: &Lattice, found: &Calibration) -> Result<Option<DynamicsData>> {
+    let Some(dynamics) = &scene.dynamics else { return Ok(None) };
+    let density = scene
+        .material
+        .density
+        .ok_or_else(|| Error::input("material.density", "is missing", "[dynamics] needs the mass density in kg/m^3"))?;
+    let shares = body.element_shares()?;
+    let masses = match dynamics.masses {
+        Masses::Element => masses::equal_shares(&body.dofs, &shares.nodes, &shares.measures, density),
+        Masses::Lumped => masses::lumped(&body.dofs, &shares.nodes, &shares.integrals, density),
+    };
+    let damping = dynamics.alpha.map(|alpha| damping::coefficients(&lattice.network, &found.stiffness, &masses, alpha));
+    Ok(Some(DynamicsData { masses, damping }))
+}

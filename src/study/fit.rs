@@ -1,0 +1,228 @@
+//! Groups, bounds and fits: Algorithm 5.1 on the network of a scene.
+//!
+//! Every gamma gives a grouping; equal groupings are one problem. Each problem is an affine stiffness K(phi) on the one
+//! analysed pattern with the bounds (5.8) of its groups. The best row of the sweep is the calibrated network: its springs get their
+//! stiffness, and it is loaded with all cases, fitted and held out.
+
+use std::sync::Arc;
+
+use crate::calibration::errors::{self, Errors};
+use crate::calibration::objective::Counts;
+use crate::calibration::objectives::displacement::weights;
+use crate::calibration::optimiser::{self, Optimiser, Outcome, Settings};
+use crate::calibration::sweep::{self, Shared, Solved, SweepProblem};
+use crate::clock::Progress;
+use crate::error::{Error, Result};
+use crate::reference::Reference;
+use crate::scene::Scene;
+use crate::sparse::cholesky::Factor;
+use crate::springs::affine::AffineStiffness;
+use crate::springs::grouping::{self, Grouping};
+use crate::springs::{bounds, weighting};
+
+use super::body::Body;
+use super::loads::LoadCase;
+use super::network::Lattice;
+
+/// What a calibration found.
+pub struct Calibration {
+    /// One row for each gamma (one in all when the grouping does not use gamma).
+    pub sweep: Vec<Row>,
+    /// Index of the best row.
+    pub best: usize,
+    /// The groups of the best row.
+    pub grouping: Grouping,
+    /// Their stiffness phi, N/m (N with the law "axial_rigidity").
+    pub phi: Vec<f64>,
+    /// Their upper bounds, like phi.
+    pub upper: Vec<f64>,
+    /// Stiffness k_s of every spring, N/m, its multiplicity included.
+    pub stiffness: Vec<f64>,
+    /// Displacements of the network, one vector over the free dofs for each load case, m.
+    pub displacements: Vec<Vec<f64>>,
+    /// Errors of each load case, percent.
+    pub errors: Vec<Errors>,
+    /// Errors over the fitted cases, percent.
+    pub fitted: Errors,
+    /// Global strain (4.17) of the continuum and of the network under the first fitted load, percent.
+    pub global_strain: [f64; 2],
+    /// Work of the whole sweep.
+    pub counts: Counts,
+}
+
+/// One row of the sweep table.
+pub struct Row {
+    /// gamma, if the grouping uses it.
+    pub gamma: Option<f64>,
+    /// Number of groups.
+    pub groups: usize,
+    /// Index of the row that solved this problem: its own, or an earlier one with equal groups.
+    pub solved_by: usize,
+    /// Errors over the fitted cases, percent.
+    pub errors: Errors,
+    /// Seconds of the fit.
+    pub seconds: f64,
+    /// What the optimiser found.
+    pub outcome: Arc<Outcome>,
+}
+
+/// What a fit works on.
+#[derive(Clone, Copy)]
+pub struct Given<'a> {
+    /// The scene, with every default written out.
+    pub scene: &'a Scene,
+    /// The body.
+    pub body: &'a Body,
+    /// The load cases.
+    pub loads: &'a [LoadCase],
+    /// The solved continuum.
+    pub reference: &'a Reference,
+    /// The network with its analysis.
+    pub lattice: &'a Lattice,
+}
+
+/// Fits the network of a scene to the reference.
+///
+/// # Errors
+/// [`Error::Input`] for a name or gamma that is not allowed; those of the optimiser.
+pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
+    let (gammas, groupings) = group(given.scene, given.lattice)?;
+    let same = sweep::first_equal(&groupings);
+    let distinct: Vec<usize> = (0..groupings.len()).filter(|&i| same[i] == i).collect();
+    let problems: Vec<SweepProblem> = distinct.iter().map(|&i| given.problem(&groupings[i], i)).collect();
+    let solved = given.solve(&problems, progress)?;
+    let answer = |i: usize| distinct.iter().position(|&d| d == same[i]).unwrap_or(0);
+    let sweep: Vec<Row> = (0..gammas.len())
+        .map(|i| {
+            let Solved { outcome, displacement, seconds } = &solved[answer(i)];
+            let errors = errors::over_cases(&given.fitted_errors(displacement));
+            let outcome = Arc::new(outcome.clone());
+            Row {
+                gamma: gammas[i],
+                groups: groupings[i].groups.len(),
+                solved_by: same[i],
+                errors,
+                seconds: *seconds,
+                outcome,
+            }
+        })
+        .collect();
+    let best = (0..sweep.len()).min_by(|&i, &j| rank(&sweep[i], &sweep[j])).expect("a sweep has a row");
+    let grouping = groupings[best].clone();
+    given.finish(sweep, best, grouping, &problems[answer(best)])
+}
+
+/// Rows by error; of equals the one with fewer groups, then the earlier.
+fn rank(a: &Row, b: &Row) -> std::cmp::Ordering {
+    a.errors.e_rms.total_cmp(&b.errors.e_rms).then(a.groups.cmp(&b.groups))
+}
+
+/// The gammas of a scene (one entry without gamma for a grouping that does not use it) and their groupings.
+pub(super) fn group(scene: &Scene, lattice: &Lattice) -> Result<(Vec<Option<f64>>, Vec<Grouping>)> {
+    let name = &scene.springs.grouping;
+    let rule = grouping::find(name).ok_or_else(|| {
+        Error::input("springs.grouping", format!("there is no grouping {name}"), "see `springfit list groupings`")
+    })?;
+    let gammas: Vec<Option<f64>> = match rule.uses_gamma {
+        true => scene.calibration.gamma.values()?.into_iter().map(Some).collect(),
+        false => vec![None],
+    };
+    // the second argument is ignored by a rule that does not use gamma
+    let one = |gamma: &Option<f64>| (rule.group)(&lattice.network, gamma.unwrap_or_default());
+    let groupings = gammas.iter().map(one).collect::<Result<_>>()?;
+    Ok((gammas, groupings))
+}
+
+/// The optimiser of a scene and its settings.
+pub(super) fn optimiser(scene: &Scene) -> Result<(&'static Optimiser, Settings)> {
+    let given = &scene.calibration;
+    let optimiser = optimiser::find(&given.optimiser).ok_or_else(|| {
+        let message = format!("there is no optimiser {}", given.optimiser);
+        Error::input("calibration.optimiser", message, "see `springfit list optimisers`")
+    })?;
+    let settings = Settings {
+        starts: given.starts,
+        refactorisations: given.gauss_newton.refactorisations as u64,
+        polish: given.gauss_newton.polish as u64,
+        tolerance: given.gauss_newton.tolerance,
+        chains: given.annealing.chains,
+        evaluations: given.annealing.evaluations as u64,
+        initial_temperature: given.annealing.initial_temperature,
+        final_temperature: given.annealing.final_temperature,
+    };
+    Ok((optimiser, settings))
+}
+
+impl Given<'_> {
+    /// Indices of the fitted load cases.
+    fn fitted(&self) -> Vec<usize> {
+        (0..self.loads.len()).filter(|&c| self.loads[c].fit).collect()
+    }
+
+    /// K(phi) and bounds of one grouping.
+    fn problem(&self, grouping: &Grouping, index: usize) -> SweepProblem {
+        let Lattice { network, symbolic, coefficients, spring_bounds, .. } = self.lattice;
+        SweepProblem {
+            stiffness: AffineStiffness::new(network, grouping, coefficients, &self.body.dofs, symbolic),
+            upper: bounds::upper_bounds(network, grouping, spring_bounds, self.scene.springs.law),
+            index,
+        }
+    }
+
+    /// Runs the optimiser on all problems.
+    fn solve(&self, problems: &[SweepProblem], progress: &Progress) -> Result<Vec<Solved>> {
+        let fitted = self.fitted();
+        let forces: Vec<f64> = fitted.iter().flat_map(|&c| self.loads[c].load.forces.iter().copied()).collect();
+        let targets: Vec<f64> =
+            fitted.iter().flat_map(|&c| self.reference.cases[c].displacement.iter().copied()).collect();
+        let largest: Vec<f64> = fitted.iter().map(|&c| self.reference.cases[c].u_max).collect();
+        let weights = weights(&largest, self.body.dofs.masters().count());
+        let (optimiser, settings) = optimiser(self.scene)?;
+        progress.enter("calibration", problems.len() as u64 * (optimiser.expected_evaluations)(&settings));
+        let shared =
+            Shared { symbolic: &self.lattice.symbolic, forces: &forces, reference: &targets, weights: &weights };
+        sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
+    }
+
+    /// Errors of the fitted cases for their displacements (cases x n).
+    fn fitted_errors(&self, displacement: &[f64]) -> Vec<Errors> {
+        let cases = self.fitted().into_iter().zip(displacement.chunks_exact(self.body.dofs.len()));
+        cases.map(|(c, u)| errors::errors(&self.body.dofs, &self.reference.cases[c].displacement, u)).collect()
+    }
+
+    /// The calibrated network under all loads.
+    fn finish(&self, sweep: Vec<Row>, best: usize, grouping: Grouping, problem: &SweepProblem) -> Result<Calibration> {
+        let phi = sweep[best].outcome.phi.clone();
+        let n = self.body.dofs.len();
+        let forces: Vec<f64> = self.loads.iter().flat_map(|case| case.load.forces.iter().copied()).collect();
+        let mut factor = Factor::new(Arc::clone(&self.lattice.symbolic));
+        problem.stiffness.assemble_into(&phi, factor.values_mut());
+        factor.refactor()?;
+        let mut displacement = vec![0.0; forces.len()];
+        factor.solve(&forces, &mut displacement)?;
+        let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
+        let pairs = self.reference.cases.iter().zip(&displacements);
+        let errors = pairs.map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();
+        let first = self.fitted()[0];
+        let strain = |u: &[f64]| errors::global_strain(&self.lattice.network, &self.body.dofs.expand(u));
+        let mut counts = Counts::default();
+        sweep
+            .iter()
+            .enumerate()
+            .filter(|(i, row)| row.solved_by == *i)
+            .for_each(|(_, row)| counts += row.outcome.counts);
+        Ok(Calibration {
+            stiffness: weighting::stiffness(&grouping, &self.lattice.coefficients, &phi),
+            global_strain: [strain(&self.reference.cases[first].displacement), strain(&displacements[first])],
+            fitted: sweep[best].errors,
+            upper: problem.upper.clone(),
+            sweep,
+            best,
+            grouping,
+            phi,
+            displacements,
+            errors,
+            counts,
+        })
+    }
+}

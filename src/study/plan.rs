@@ -1,0 +1,133 @@
+//! What a scene would build, before the work: sizes, memory, time, warnings.
+//!
+//! The body, the patterns and their analyses are really made (they are cheap); nothing is assembled or factored. Memory
+//! counts the factors of both systems and one spring factor for every thread; time counts floating-point operations.
+
+use serde::Serialize;
+
+use crate::calibration::sweep;
+use crate::error::Result;
+use crate::reference::stiffness;
+use crate::scene::Scene;
+use crate::sparse::cholesky::Symbolic;
+use crate::sparse::ordering::nested_dissection;
+
+use super::body::Body;
+use super::network::Lattice;
+use super::{body, fit, loads, network};
+
+/// Floating-point operations a second and core that supernodal factorisations of these sizes reach on a common machine;
+/// for estimates only.
+const RATE: f64 = 1e10;
+
+/// Sizes of what a scene builds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Sizes {
+    /// Control points, tied ones included.
+    pub control_points: usize,
+    /// Free degrees of freedom.
+    pub free_dofs: usize,
+    /// Knot spans of the reference.
+    pub elements: usize,
+    /// Springs.
+    pub springs: usize,
+    /// Springs that were not created because their ends coincide.
+    pub zero_length_springs: usize,
+    /// Groups of the best row of the sweep (in a plan: of its finest row).
+    pub groups: usize,
+}
+
+impl Sizes {
+    /// Counts a body and its network with `groups` groups.
+    pub fn of(body: &Body, lattice: &Lattice, groups: usize) -> Self {
+        Self {
+            control_points: body.grid().len(),
+            free_dofs: body.dofs.len(),
+            elements: body.patch.elements().len(),
+            springs: lattice.network.springs.len(),
+            zero_length_springs: lattice.network.zero_length,
+            groups,
+        }
+    }
+}
+
+/// What a run of a scene would do.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Plan {
+    /// The scene, every default written out.
+    pub scene: Scene,
+    /// What would be built.
+    pub sizes: Sizes,
+    /// gamma (absent where the grouping does not use it) and number of groups of every row of the sweep.
+    pub sweep: Vec<(Option<f64>, usize)>,
+    /// Different groupings among them: problems to solve.
+    pub problems: usize,
+    /// Stored numbers of the Cholesky factors of the reference and of the network.
+    pub factor_entries: [usize; 2],
+    /// Memory the factors and matrices need, bytes.
+    pub memory_bytes: usize,
+    /// Rough time of the run, seconds.
+    pub seconds: f64,
+    /// What will be built and what will not, in words.
+    pub steps: Vec<String>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Plans a scene.
+///
+/// # Errors
+/// Whatever is wrong with the scene that can be found without assembling.
+pub fn plan(scene: &Scene) -> Result<Plan> {
+    let body = body::build(scene)?;
+    let scene = body.resolved.clone();
+    let loads = loads::build(&scene, &body)?;
+    let lattice = network::build(&scene, &body)?;
+    let (gammas, groupings) = fit::group(&scene, &lattice)?;
+    let same = sweep::first_equal(&groupings);
+    let problems = (0..same.len()).filter(|&i| same[i] == i).count();
+    let (optimiser, settings) = fit::optimiser(&scene)?;
+    let reach = *body.patch.degree().iter().max().unwrap_or(&1);
+    let order = body.dofs.order(&nested_dissection(body.grid().extents(), reach, body.closed()));
+    let pattern = stiffness::pattern(&body.integration_points(), &body.dofs);
+    let reference = Symbolic::analyse(&pattern, order)?;
+    let springs = &lattice.symbolic;
+    let threads = rayon::current_num_threads();
+    let evaluations = (optimiser.expected_evaluations)(&settings) as f64 * problems as f64;
+    let groups = groupings.iter().map(|g| g.groups.len()).max().unwrap_or(0);
+    let memory_bytes = (reference.factor_bytes() + 16 * pattern.entries()).max(threads * springs.factor_bytes())
+        + 16 * springs.lower_rows().len() * problems;
+    let seconds =
+        reference.factor_flops() / RATE + evaluations * (springs.factor_flops() / RATE + 2e-5) / threads as f64;
+    Ok(Plan {
+        sizes: Sizes::of(&body, &lattice, groups),
+        sweep: gammas.into_iter().zip(groupings.iter().map(|g| g.groups.len())).collect(),
+        problems,
+        factor_entries: [reference.factor_entries(), springs.factor_entries()],
+        memory_bytes,
+        seconds,
+        steps: steps(&scene, loads.iter().filter(|case| case.fit).count(), loads.len(), optimiser.name, problems),
+        warnings: body.warnings.iter().chain(&lattice.warnings).cloned().collect(),
+        scene,
+    })
+}
+
+fn steps(scene: &Scene, fitted: usize, cases: usize, optimiser: &str, problems: usize) -> Vec<String> {
+    let dynamics = match &scene.dynamics {
+        None => "no masses, no damping: the scene has no [dynamics]".to_owned(),
+        Some(dynamics) if dynamics.alpha.is_none() => "masses; no damping: [dynamics] has no alpha".to_owned(),
+        Some(_) => "masses and damping".to_owned(),
+    };
+    vec![
+        format!("reference: {} with {cases} load case(s), one factorisation", scene.reference.method),
+        format!(
+            "springs: topology \"{}\", grouping \"{}\", one analysis",
+            scene.springs.topology, scene.springs.grouping
+        ),
+        format!(
+            "calibration: {optimiser} on {problems} problem(s), {fitted} fitted load case(s), {} held out",
+            cases - fitted
+        ),
+        dynamics,
+    ]
+}
