@@ -88,7 +88,7 @@ pub(super) fn suggest(word: &str, names: &[&str], intro: &str) -> String {
     let all = format!("{intro} {}", names.join(", "));
     let near = names.iter().map(|name| (distance(word, name), name)).min();
     match near {
-        Some((distance, name)) if distance <= 1 + word.chars().count() / 4 => {
+        Some((distance, name)) if 3 * distance <= word.chars().count() => {
             format!("did you mean \"{name}\"? {all}")
         }
         _ => all,
