@@ -9,7 +9,7 @@
 //! displaced network compares the lengths of its springs with their rest lengths (4.16-4.17):
 //!
 //! ```text
-//! strain = 100 sum_s |l_s - l0_s| / sum_s l0_s
+//! strain = 100 mean_s |l_s - l0_s| / l0_s
 //! ```
 
 use crate::geometry::dofs::DofMap;
@@ -50,12 +50,10 @@ pub fn global_strain(network: &Network, displacement: &[[f64; 3]]) -> f64 {
         let (x, u) = (network.positions[i as usize], displacement[i as usize]);
         [x[0] + u[0], x[1] + u[1], x[2] + u[2]]
     };
-    let (mut change, mut rest) = (0.0, 0.0);
-    for spring in &network.springs {
+    let changes = network.springs.iter().map(|spring| {
         let (a, b) = (place(spring.nodes[0]), place(spring.nodes[1]));
         let length = (0..3).map(|c| (b[c] - a[c]).powi(2)).sum::<f64>().sqrt();
-        change += (length - spring.length).abs();
-        rest += spring.length;
-    }
-    100.0 * change / rest
+        (length - spring.length).abs() / spring.length
+    });
+    100.0 * changes.sum::<f64>() / network.springs.len() as f64
 }

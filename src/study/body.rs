@@ -57,7 +57,7 @@ pub fn build(scene: &Scene) -> Result<Body> {
     let material = Material {
         young: resolved.material.young,
         poisson: resolved.material.poisson,
-        density: resolved.material.density.unwrap_or(0.0),
+        density: resolved.material.density.unwrap_or(1.0),
     };
     let plane = match resolved.reference.plane {
         Some(scene::Plane::Strain) => Plane::Strain,
