@@ -24,7 +24,7 @@ fn stdout(arguments: &[&str], scene: &Path) -> String {
         .unwrap();
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{}: {message}", scene.display());
-    assert_eq!(message, "", "{} warns", scene.display());
+    assert!(message.lines().all(|line| line.starts_with("warning: ")), "{}: {message}", scene.display());
     String::from_utf8(output.stdout).unwrap()
 }
 
@@ -62,4 +62,27 @@ fn the_scene_in_the_result_is_a_scene() {
     assert_eq!(scene.geometry.degree, Some(vec![2, 2, 2]));
     let again = springfit::scene::Source { name: "again".into(), text: toml::to_string(&scene).unwrap() };
     assert_eq!(springfit::scene::parse(&again).unwrap(), scene);
+}
+
+#[test]
+fn a_damaged_scene_gives_an_error_and_no_panic() {
+    let text = std::fs::read_to_string(Path::new(FOLDER).join("two_loads.toml")).unwrap();
+    let read = |text: String| {
+        let source = springfit::scene::Source { name: "damaged".into(), text };
+        match springfit::scene::parse(&source) {
+            Ok(scene) => springfit::scene::check(&scene).map(|_| ()).map_err(|error| source.locate(error)),
+            Err(error) => Err(error),
+        }
+    };
+    for (place, letter) in text.char_indices() {
+        let (before, after) = (&text[..place], &text[place + letter.len_utf8()..]);
+        let _ = read(before.to_owned());
+        for other in ["", "\"", "[", "]", "=", "\n", "-", "9", "é", "\0", "{ a = ", "nan"] {
+            if let Err(error) = read(format!("{before}{other}{after}")) {
+                assert_eq!(error.exit_status(), 2, "{error}");
+                assert!(!format!("{:?}", miette::Report::new(error)).is_empty());
+            }
+        }
+    }
+    assert!(read("a = ".to_owned() + &"[".repeat(100_000)).is_err());
 }

@@ -37,8 +37,8 @@ struct Place {
 }
 
 impl Source {
-    /// Puts an error at the line of the key it comes from; see [`key_of`]. Other errors stay without a line, and so do
-    /// all in a text that is not TOML.
+    /// Puts an error at the line of the key it comes from: its own, or that of the setting that made what failed. Other
+    /// errors stay without a line, and so do all in a text that is not TOML.
     pub fn locate(&self, error: Error) -> Located {
         let Ok(document) = Document::parse(self.text.as_str()) else { return error.into() };
         let entries = entries(&document);
