@@ -13,7 +13,7 @@ use springfit::reference::methods::nurbs;
 use springfit::reference::{Reference, loads, stiffness, supports};
 use springfit::sparse::ordering::nested_dissection;
 
-const MATERIAL: Material = Material { young: 15e3, poisson: 1.0 / 3.0, density: 1143.0 };
+const MATERIAL: Material = Material { young: 15e3, poisson: 1.0 / 3.0 };
 
 fn body(name: &str) -> (Patch, DofMap, Lame) {
     let shape = shapes::find(name).expect("a shape");

@@ -12,7 +12,7 @@ use springfit::reference::methods::nurbs;
 use springfit::reference::points::ElementPoints;
 use springfit::reference::stiffness;
 
-const MATERIAL: Material = Material { young: 15e3, poisson: 0.3, density: 1143.0 };
+const MATERIAL: Material = Material { young: 15e3, poisson: 0.3 };
 
 fn body(name: &str) -> Patch {
     let shape = shapes::find(name).expect("a shape");

@@ -54,11 +54,7 @@ pub fn build(scene: &Scene) -> Result<Body> {
     let dimension = patch.dimension();
     scene::check_body(scene, dimension, patch.grid().len())?;
     let resolved = scene::resolve(scene, dimension);
-    let material = Material {
-        young: resolved.material.young,
-        poisson: resolved.material.poisson,
-        density: resolved.material.density.unwrap_or(1.0),
-    };
+    let material = Material { young: resolved.material.young, poisson: resolved.material.poisson };
     let plane = match resolved.reference.plane {
         Some(scene::Plane::Strain) => Plane::Strain,
         _ => Plane::Stress,

@@ -36,7 +36,7 @@ fn largest<'a>(vectors: impl IntoIterator<Item = &'a [f64; 3]>) -> f64 {
 
 fn patch_test(body: &Patch, extra: usize) -> Outcome {
     let (dimension, grid) = (body.dimension(), body.grid());
-    let material = Material { young: 1e6, poisson: 0.25, density: 1.0 };
+    let material = Material { young: 1e6, poisson: 0.25 };
     let law = material.lame(dimension, Plane::Stress).expect("a material");
     let on_boundary = |node: usize| {
         let index = grid.index(node);

@@ -29,7 +29,7 @@ pub struct Errors {
 }
 
 pub fn lame(young: f64, poisson: f64, plane: Plane) -> Lame {
-    Material { young, poisson, density: 1.0 }.lame(2, plane).expect("a material")
+    Material { young, poisson }.lame(2, plane).expect("a material")
 }
 
 /// Holds the given components of the nodes of whole faces; coincident control points stay separate.
