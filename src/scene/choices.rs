@@ -66,16 +66,6 @@ const INTEGRATORS: &[Choice] =
 /// Faces of the control grid: first and last index of each direction.
 pub(super) const FACES: [&str; 6] = ["x-", "x+", "y-", "y+", "z-", "z+"];
 
-/// The table of this name, such as `shapes`.
-///
-/// # Errors
-/// [`Error::Input`] that lists the tables there are.
-pub fn find_kind(name: &str) -> Result<&'static Kind> {
-    let names: Vec<&str> = KINDS.iter().map(|kind| kind.name).collect();
-    known("KIND", name, &names)?;
-    Ok(KINDS.iter().find(|kind| kind.name == name).unwrap_or(&KINDS[0]))
-}
-
 /// The names of the table that a scene key chooses from; empty for other keys.
 pub(super) fn names(key: &str) -> Vec<&'static str> {
     let kind = KINDS.iter().find(|kind| kind.key == key);

@@ -44,9 +44,10 @@ impl Source {
         let Ok(document) = Document::parse(self.text.as_str()) else { return error.into() };
         let entries = entries(&document);
         let Some(entry) = nearest(&entries, key) else {
-            return self.place(error, 0..0, None);
+            let label = Some(format!("{key} is not here"));
+            return self.place(error, 0..0, label);
         };
-        let label = (entry.key != *key).then(|| format!("{key} would be here"));
+        let label = (entry.key != *key).then(|| format!("{key} is not here"));
         self.place(error, entry.value.clone(), label)
     }
 

@@ -49,7 +49,11 @@ pub fn read(path: &Path, sets: &[String]) -> std::result::Result<Input, Located>
 fn read_text(path: &Path) -> Result<String> {
     let wrong = |message: String, help: &str| Error::File { path: path.into(), message, help: help.into() };
     let cannot = |error: std::io::Error| wrong(format!("cannot be read: {error}"), "give the path of a scene (TOML)");
-    let size = std::fs::metadata(path).map_err(cannot)?.len();
+    let metadata = std::fs::metadata(path).map_err(cannot)?;
+    if !metadata.is_file() {
+        return Err(wrong("is not a regular file".into(), "give the path of a scene (TOML)"));
+    }
+    let size = metadata.len();
     if size > LARGEST_FILE {
         return Err(wrong(format!("{size} bytes are too many for a scene"), "a scene is at most 16 MiB of TOML"));
     }
@@ -115,7 +119,7 @@ fn explain(source: &Source, entries: &[Entry], error: &toml::de::Error) -> Locat
         let name = rest.trim_matches('`');
         let key = if here.is_empty() { name.to_owned() } else { format!("{here}.{name}") };
         let error = Error::input(&key, "is missing", format!("add {key}; `springfit schema` describes every key"));
-        return source.place(error, span, Some(format!("{name} would be here")));
+        return source.place(error, span, Some(format!("{name} is not here")));
     }
     let error = match message {
         _ if message.starts_with("unknown field") && quoted.len() > 1 => {
