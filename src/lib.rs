@@ -8,7 +8,7 @@
 //! | 5 | [`study`]: from a scene to a calibrated network, the method step by step |
 //! | 4 | [`scene`]: the text of a user as checked settings; [`export`]: springs and fields as files |
 //! | 3 | [`calibration`]: objectives, optimisers, the gamma sweep |
-//! | 2 | [`reference`]: the elastic body, solved; [`springs`]: networks, groups, the stiffness matrix K(phi) |
+//! | 2 | [`mod@reference`]: the elastic body, solved; [`springs`]: networks, groups, the stiffness matrix K(phi) |
 //! | 1 | [`geometry`]: knots, patches, shapes, degrees of freedom |
 //! | 0 | [`sparse`]: patterns, assembly, orders, Cholesky; [`dense`], [`rng`], [`clock`], [`memory`], [`error`] |
 #![warn(missing_docs)]

@@ -14,7 +14,7 @@
 //! stays finite at nu = 1/2; the other two do not, and close to 1/2 low-order displacement elements lock: they answer
 //! far too stiffly, because every element has to keep its volume.
 //!
-//! Units: E, lambda, mu in Pa; nu without unit; density in kg/m^3.
+//! Units: E, lambda, mu in Pa; nu without unit.
 
 use crate::error::{Error, Result};
 
@@ -28,8 +28,6 @@ pub struct Material {
     pub young: f64,
     /// Poisson's ratio nu, between -1 and 1/2.
     pub poisson: f64,
-    /// Mass per volume in kg/m^3, positive.
-    pub density: f64,
 }
 
 /// How a two-dimensional body behaves across its plane. Three-dimensional bodies do not look at it.
@@ -54,7 +52,7 @@ impl Material {
     /// The elastic constants of a body with `dimension` directions (2 or 3).
     ///
     /// # Errors
-    /// [`Error::Input`] at `material.young`, `material.poisson` or `material.density` for a value outside its range.
+    /// [`Error::Input`] at `material.young` or `material.poisson` for a value outside its range.
     pub fn lame(&self, dimension: usize, plane: Plane) -> Result<Lame> {
         let Self { young, poisson, .. } = *self;
         self.check()?;
@@ -85,12 +83,10 @@ impl Material {
     }
 
     fn check(&self) -> Result<()> {
-        let positive = |key: &str, value: f64| match value.is_finite() && value > 0.0 {
-            true => Ok(()),
-            false => Err(Error::input(key, format!("{value} is not a positive number"), "a finite number above 0")),
-        };
-        positive("material.young", self.young)?;
-        positive("material.density", self.density)?;
+        if !(self.young.is_finite() && self.young > 0.0) {
+            let message = format!("{} is not a positive number", self.young);
+            return Err(Error::input("material.young", message, "a finite number above 0"));
+        }
         match self.poisson > -1.0 && self.poisson <= 0.5 {
             true => Ok(()),
             false => Err(Error::input(
@@ -124,7 +120,7 @@ impl Lame {
 mod tests {
     use super::*;
 
-    const STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7850.0 };
+    const STEEL: Material = Material { young: 210e9, poisson: 0.3 };
 
     /// Pulls along x so that the other free directions contract by nu: the answer is E e in every setting.
     #[test]
@@ -160,6 +156,5 @@ mod tests {
             assert_eq!(key(with(bad).lame(2, Plane::Stress)), "material.poisson");
         }
         assert_eq!(key(Material { young: 0.0, ..STEEL }.lame(3, Plane::Stress)), "material.young");
-        assert_eq!(key(Material { density: f64::NAN, ..STEEL }.lame(3, Plane::Stress)), "material.density");
     }
 }

@@ -1,8 +1,8 @@
 //! Tables of the thesis, theirs beside ours.
 //!
-//! Every row is a scene as a user could write it ([`Experiment::scene`]): a body of chapter 5 under its load, springs
+//! Every row is a scene as a user could write it: a body of chapter 5 under its load, springs
 //! grouped by length with the gamma of the row. It is calibrated with both weightings, by Gauss-Newton (best of its
-//! starts) and by annealing alone (Algorithm 3.1 with [`EVALUATIONS`] evaluations, or as many as fit [`SECONDS`]).
+//! starts) and by annealing alone (Algorithm 3.1 with 5,000 evaluations, or as many as fit 60 s).
 //!
 //! The thesis's figures that fix the supports are lost, and some of its values contradict each other; its tables are
 //! targets to stand beside, never numbers to meet. Where group counts differ, the sweep of (4.11-4.13) as the method
@@ -142,7 +142,7 @@ fn note(experiment: &Experiment, ours: &[Ours]) -> String {
     let best = ours.iter().map(|o| o.gauss_newton[0]).fold(f64::INFINITY, f64::min);
     let theirs = experiment.errors[0];
     if best < 0.9 * theirs {
-        notes.push("theirs is short of the best fit: an annealing that had not converged".to_owned());
+        notes.push("a better fit exists than theirs: an annealing that stopped early, or other supports".to_owned());
     } else if best > 1.1 * theirs {
         notes.push(
             "theirs is below the best fit under our supports: theirs are lost, so the problem is another".to_owned(),

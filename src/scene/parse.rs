@@ -91,21 +91,17 @@ pub fn parse(source: &Source) -> std::result::Result<Scene, Located> {
 }
 
 fn syntax(source: &Source, error: &toml_edit::TomlError) -> Located {
-    let message = match error.message() {
-        "duplicate key" => "a key is given twice".to_owned(),
-        message => format!("not TOML: {message}"),
+    let (message, help) = match error.message() {
+        "duplicate key" => ("the key is given twice".to_owned(), "keep one of them"),
+        message if message.ends_with("number overflowed") => {
+            ("the number is too large".to_owned(), "floating-point numbers end near 1.8e308, whole numbers near 9.2e18")
+        }
+        message => (format!("not TOML: {message}"), "a line is KEY = VALUE, [TABLE] or [[load]]; strings need quotes"),
     };
     let span = error.span().unwrap_or_default();
     let line = 1 + source.text[..span.start.min(source.text.len())].matches('\n').count();
-    let help = match error.message() {
-        "duplicate key" => "keep one of them",
-        _ => "a line is KEY = VALUE, [TABLE] or [[load]]; strings need quotes",
-    };
-    let error = Error::File {
-        path: source.name.as_str().into(),
-        message: format!("line {line}: {message}"),
-        help: help.into(),
-    };
+    let path = source.name.as_str().into();
+    let error = Error::File { path, message: format!("line {line}: {message}"), help: help.into() };
     source.place(error, span, None)
 }
 

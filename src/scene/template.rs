@@ -68,6 +68,7 @@ fn comment_table(table: &mut Table, own: &Json, root: &Json) {
             _ => {
                 if let Some(mut name) = table.key_mut(key) {
                     name.leaf_decor_mut().set_prefix(description);
+                    name.leaf_decor_mut().set_suffix(" ");
                 }
             }
         }
