@@ -3,6 +3,8 @@
 use std::fmt::Write;
 
 use crate::calibration::errors::Errors;
+use crate::calibration::objective::Counts;
+use crate::memory;
 use crate::study::Study;
 use crate::study::plan::{Plan, Sizes};
 
@@ -69,7 +71,10 @@ pub fn run(study: &Study) -> String {
     }
     line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
     let total: f64 = study.seconds.iter().map(|(_, seconds)| seconds).sum();
-    line(format!("{total:.3} s, {} refactorisations, {} solves", found.counts.refactorisations, found.counts.solves));
+    let memory =
+        memory::peak_bytes().map_or(String::new(), |bytes| format!(", peak memory {:.0} MB", bytes as f64 / 1e6));
+    let Counts { refactorisations, solves, .. } = found.counts;
+    line(format!("{total:.3} s, {refactorisations} refactorisations, {solves} solves{memory}"));
     text
 }
 
