@@ -8,6 +8,9 @@ use crate::memory;
 use crate::study::Study;
 use crate::study::plan::{Plan, Sizes};
 
+/// Fraction of an upper bound from which a stiffness is at it: the last bits of a fit are rounding.
+const AT_BOUND: f64 = 1.0 - 1e-9;
+
 /// The summary of a run.
 pub fn run(study: &Study) -> String {
     let found = &study.calibration;
@@ -53,7 +56,7 @@ pub fn run(study: &Study) -> String {
     for ((group, phi), upper) in found.grouping.groups.iter().zip(&found.phi).zip(&found.upper).take(shown) {
         let at = match () {
             () if *phi == 0.0 => "  at its lower bound: these springs are not needed",
-            () if phi >= upper => "  at its upper bound",
+            () if *phi >= AT_BOUND * upper => "  at its upper bound",
             () => "",
         };
         line(format!(
