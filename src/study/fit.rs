@@ -196,7 +196,8 @@ impl Given<'_> {
         let largest: Vec<f64> = fitted.iter().map(|&c| self.reference.cases[c].u_max).collect();
         let weights = weights(&largest, self.body.dofs.masters().count());
         let (optimiser, settings) = optimiser(self.scene)?;
-        progress.enter("calibration", problems.len() as u64 * (optimiser.expected_evaluations)(&settings));
+        let expected = problems.iter().map(|problem| (optimiser.expected_evaluations)(&settings, problem.upper.len()));
+        progress.enter("calibration", expected.sum());
         let shared =
             Shared { symbolic: &self.lattice.symbolic, forces: &forces, reference: &targets, weights: &weights };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)

@@ -42,7 +42,7 @@ const LARGEST_DAMPING: f64 = 1e10;
 /// # Errors
 /// When no start has a positive definite K, or on interruption.
 pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
-    let starts = 0..settings.starts.max(1);
+    let starts = 0..settings.starts_for(problem.upper.len());
     let outcomes: Vec<Result<Outcome>> =
         starts.into_par_iter().map(|s| descend(problem, settings, &start(problem, s))).collect();
     let mut found = Vec::new();
