@@ -53,6 +53,20 @@ pub struct Calibration {
     pub counts: Counts,
 }
 
+impl Calibration {
+    /// A word where the bounds, not the optimiser, decide: every group is at its upper bound.
+    pub fn warning(&self) -> Option<String> {
+        let at_bound = |(phi, upper): (&f64, &f64)| *phi >= (1.0 - 1e-9) * upper;
+        self.phi.iter().zip(&self.upper).all(at_bound).then(|| {
+            format!(
+                "every group is at its upper bound (5.8): the network cannot be as stiff as the body (e_rms {:.1} %); \
+                 use cells of more equal sides",
+                self.fitted.e_rms
+            )
+        })
+    }
+}
+
 /// One row of the sweep table.
 pub struct Row {
     /// gamma, if the grouping uses it.
