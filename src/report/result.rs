@@ -57,6 +57,7 @@ struct Calibration<'a> {
     held_out: Vec<Case<'a>>,
     sweep: Vec<Row>,
     counts: Counts,
+    solver: Solver<'a>,
     trace: Vec<(f64, u64, f64)>,
 }
 
@@ -92,6 +93,9 @@ struct Row {
     evaluations: u64,
     refactorisations: u64,
     solves: u64,
+    cg_iterations: u64,
+    fallbacks: u64,
+    e_rms_difference: f64,
     seconds: f64,
     stop: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -102,9 +106,28 @@ struct Row {
 struct Counts {
     evaluations: u64,
     refactorisations: u64,
+    single_refactorisations: u64,
+    stale_solves: u64,
+    cg_iterations: u64,
+    fallbacks: u64,
     solves: u64,
     surrogate_evaluations: u64,
     rejected: u64,
+}
+
+/// How the springs of the best row were solved during the search; all but `path`, `reason` and `tolerance` counts its work.
+#[derive(Debug, Serialize)]
+struct Solver<'a> {
+    path: &'static str,
+    reason: &'a str,
+    tolerance: f64,
+    refactorisations: u64,
+    single_refactorisations: u64,
+    stale_solves: u64,
+    cg_iterations: u64,
+    fallbacks: u64,
+    /// Relative difference of the optimiser's error and the error that the direct solve confirms.
+    e_rms_difference: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -188,11 +211,32 @@ fn calibration(study: &Study) -> Calibration<'_> {
         counts: Counts {
             evaluations: found.counts.evaluations,
             refactorisations: found.counts.refactorisations,
+            single_refactorisations: found.counts.single_refactorisations,
+            stale_solves: found.counts.stale_solves,
+            cg_iterations: found.counts.cg_iterations,
+            fallbacks: found.counts.fallbacks,
             solves: found.counts.solves,
             surrogate_evaluations: 0,
             rejected: found.counts.rejected,
         },
+        solver: solver(study),
         trace: best.outcome.trace.iter().map(|p| (p.seconds, p.refactorisations, p.error)).collect(),
+    }
+}
+
+fn solver(study: &Study) -> Solver<'_> {
+    let best = &study.calibration.sweep[study.calibration.best];
+    let counts = &best.outcome.counts;
+    Solver {
+        path: study.calibration.solver.path.name(),
+        reason: &study.calibration.solver.reason,
+        tolerance: study.scene.solver.tolerance,
+        refactorisations: counts.refactorisations,
+        single_refactorisations: counts.single_refactorisations,
+        stale_solves: counts.stale_solves,
+        cg_iterations: counts.cg_iterations,
+        fallbacks: counts.fallbacks,
+        e_rms_difference: best.error_difference,
     }
 }
 
@@ -208,6 +252,9 @@ fn rows(study: &Study) -> Vec<Row> {
             evaluations: row.outcome.counts.evaluations,
             refactorisations: row.outcome.counts.refactorisations,
             solves: row.outcome.counts.solves,
+            cg_iterations: row.outcome.counts.cg_iterations,
+            fallbacks: row.outcome.counts.fallbacks,
+            e_rms_difference: row.error_difference,
             seconds: row.seconds,
             stop: row.outcome.stop.name(),
             same_groups_as: if row.solved_by == i { None } else { sweep[row.solved_by].gamma },

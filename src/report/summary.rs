@@ -61,7 +61,15 @@ pub fn run(study: &Study) -> String {
     }
     line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
     let total: f64 = study.seconds.iter().map(|(_, seconds)| seconds).sum();
-    line(format!("{total:.3} s, {} refactorisations, {} solves", found.counts.refactorisations, found.counts.solves));
+    let counts = &found.counts;
+    line(format!("solver: {}: {}", found.solver.path.name(), found.solver.reason));
+    if counts.fallbacks > 0 {
+        line(format!("single precision failed {} times, double precision took over", counts.fallbacks));
+    }
+    line(format!(
+        "{total:.3} s, {} refactorisations, {} solves, {} iterations",
+        counts.refactorisations, counts.solves, counts.cg_iterations
+    ));
     text
 }
 

@@ -9,7 +9,7 @@ use toml_edit::{DocumentMut, Item, Table};
 use crate::error::Result;
 
 use super::choices::{known, names};
-use super::{Calibration, Geometry, Load, Material, Reference, Scene, Springs, Support, resolve, schema};
+use super::{Calibration, Geometry, Load, Material, Reference, Scene, Solver, Springs, Support, resolve, schema};
 use crate::geometry::shapes::{self, Shape};
 
 /// Force in N on every free control point (Table 5.2 of the thesis; section 8 of the method), where there is one.
@@ -50,6 +50,7 @@ fn example(shape: &Shape) -> Scene {
         reference: Reference::default(),
         springs: Springs::default(),
         calibration: Calibration::default(),
+        solver: Solver::default(),
         dynamics: None,
     }
 }

@@ -60,7 +60,8 @@ impl Outcome {
 
 /// Solves A x = b from the initial guess in `x` until |b - A x| <= tolerance |b|.
 ///
-/// `apply(p, q)` writes q = A p; `precondition(r, z)` writes z = M r. Stops earlier after `limit` iterations, where A or
+/// `apply(p, q)` writes q = A p; `precondition(r, z)` writes z = M r. A guess that is not yet the answer is first multiplied
+/// by the factor that makes its error smallest in the energy norm (0 when it is of no use). Stops earlier after `limit` iterations, where A or
 /// M shows not to be positive definite, and where rounding allows no smaller residual: [`Outcome::reached`] tells. An
 /// initial guess of zeros costs no product.
 ///
@@ -81,11 +82,7 @@ pub fn solve(
         x.fill(0.0);
         return Outcome { iterations: 0, residual: 0.0 };
     }
-    if x.iter().all(|x| *x == 0.0) {
-        work.residual.copy_from_slice(b);
-    } else {
-        true_residual(apply, b, x, &mut work.residual);
-    }
+    scale_guess(apply, b, x, tolerance * norm, work);
     let mut residual = dot(&work.residual, &work.residual).sqrt() / norm;
     let mut iterations = 0;
     // written so that a residual that is not a number ends it
@@ -100,6 +97,35 @@ pub fn solve(
         }
     }
     Outcome { iterations, residual }
+}
+
+/// Multiplies the guess by x.b / x.Ax unless its residual is at most `target` in norm; leaves b - A x in
+/// `work.residual`.
+fn scale_guess(apply: &mut dyn FnMut(&[f64], &mut [f64]), b: &[f64], x: &mut [f64], target: f64, work: &mut Workspace) {
+    work.residual.copy_from_slice(b);
+    if x.iter().all(|x| *x == 0.0) {
+        return;
+    }
+    apply(x, &mut work.product);
+    subtract(&mut work.residual, 1.0, &work.product);
+    if dot(&work.residual, &work.residual).sqrt() <= target {
+        return;
+    }
+    work.residual.copy_from_slice(b);
+    let factor = dot(x, b) / dot(x, &work.product);
+    if factor.is_finite() && factor > 0.0 {
+        x.iter_mut().for_each(|x| *x *= factor);
+        subtract(&mut work.residual, factor, &work.product);
+    } else {
+        x.fill(0.0);
+    }
+}
+
+/// y -= factor x.
+fn subtract(y: &mut [f64], factor: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y -= factor * x;
+    }
 }
 
 /// Iterates from `work.residual` = b - A x until its recursion is at most `target` in norm; returns the iterations.
@@ -125,9 +151,7 @@ fn descend(
         for (x, p) in x.iter_mut().zip(direction.iter()) {
             *x += alpha * p;
         }
-        for (r, q) in residual.iter_mut().zip(product.iter()) {
-            *r -= alpha * q;
-        }
+        subtract(residual, alpha, product);
         if dot(residual, residual).sqrt() <= target {
             return iteration + 1;
         }
@@ -208,6 +232,15 @@ mod tests {
         let mut work = Workspace::new(n);
         let outcome = solve(&mut chain, &mut jacobi, &b, &mut x, 1e-10, 50, &mut work);
         assert_eq!((outcome.iterations, x.as_slice()), (0, exact.as_slice()));
+        x.iter_mut().for_each(|x| *x *= -7.0);
+        let outcome = solve(&mut chain, &mut jacobi, &b, &mut x, 1e-10, 50, &mut work);
+        assert!(outcome.reached(1e-10), "{outcome:?}");
+        exact.iter().zip(&mut x).for_each(|(e, x)| *x = 7.0 * e);
+        let outcome = solve(&mut chain, &mut jacobi, &b, &mut x, 1e-10, 50, &mut work);
+        assert!(outcome.reached(1e-10) && outcome.iterations <= 1, "{outcome:?}");
+        x[3] = f64::NAN;
+        let outcome = solve(&mut chain, &mut jacobi, &b, &mut x, 1e-10, 50, &mut work);
+        assert!(outcome.reached(1e-10), "{outcome:?}");
         let outcome = solve(&mut chain, &mut jacobi, &vec![0.0; n], &mut x, 1e-10, 50, &mut work);
         assert_eq!(outcome, Outcome { iterations: 0, residual: 0.0 });
         assert_eq!(x, vec![0.0; n]);

@@ -18,6 +18,7 @@ use crate::scene::Scene;
 use crate::sparse::cholesky::Factor;
 use crate::springs::affine::AffineStiffness;
 use crate::springs::grouping::{self, Grouping};
+use crate::springs::solver;
 use crate::springs::{bounds, weighting};
 
 use super::body::Body;
@@ -48,6 +49,8 @@ pub struct Calibration {
     pub global_strain: [f64; 2],
     /// Work of the whole sweep.
     pub counts: Counts,
+    /// How K(phi) u = f was solved during the search, and why.
+    pub solver: solver::Choice,
 }
 
 /// One row of the sweep table.
@@ -60,6 +63,8 @@ pub struct Row {
     pub solved_by: usize,
     /// Errors over the fitted cases, percent.
     pub errors: Errors,
+    /// Relative difference of the optimiser's error and the one that the direct solve confirms.
+    pub error_difference: f64,
     /// Seconds of the fit.
     pub seconds: f64,
     /// What the optimiser found.
@@ -94,7 +99,7 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
     let answer = |i: usize| distinct.iter().position(|&d| d == same[i]).unwrap_or(0);
     let sweep: Vec<Row> = (0..gammas.len())
         .map(|i| {
-            let Solved { outcome, displacement, seconds } = &solved[answer(i)];
+            let Solved { outcome, displacement, error_difference, seconds } = &solved[answer(i)];
             let errors = errors::over_cases(&given.fitted_errors(displacement));
             let outcome = Arc::new(outcome.clone());
             Row {
@@ -102,6 +107,7 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
                 groups: groupings[i].groups.len(),
                 solved_by: same[i],
                 errors,
+                error_difference: *error_difference,
                 seconds: *seconds,
                 outcome,
             }
@@ -153,6 +159,11 @@ pub(super) fn optimiser(scene: &Scene) -> Result<(&'static Optimiser, Settings)>
     Ok((optimiser, settings))
 }
 
+/// How a scene wants K(phi) u = f solved.
+fn solver_settings(scene: &Scene) -> solver::Settings {
+    solver::Settings { path: scene.solver.path, tolerance: scene.solver.tolerance }
+}
+
 impl Given<'_> {
     /// Indices of the fitted load cases.
     fn fitted(&self) -> Vec<usize> {
@@ -179,8 +190,14 @@ impl Given<'_> {
         let weights = weights(&largest, self.body.dofs.masters().count());
         let (optimiser, settings) = optimiser(self.scene)?;
         progress.enter("calibration", problems.len() as u64 * (optimiser.expected_evaluations)(&settings));
-        let shared =
-            Shared { symbolic: &self.lattice.symbolic, forces: &forces, reference: &targets, weights: &weights };
+        let solver = solver_settings(self.scene);
+        let shared = Shared {
+            symbolic: &self.lattice.symbolic,
+            forces: &forces,
+            reference: &targets,
+            weights: &weights,
+            solver: &solver,
+        };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
     }
 
@@ -223,6 +240,7 @@ impl Given<'_> {
             displacements,
             errors,
             counts,
+            solver: solver::choose(&solver_settings(self.scene), &self.lattice.symbolic),
         })
     }
 }
