@@ -131,6 +131,8 @@ pub struct Optimiser {
     pub doc: &'static str,
     /// Runs all starts or chains of one problem.
     pub run: fn(&Problem, &Settings) -> Result<Outcome>,
+    /// True when it forms the Jacobian (one column a group).
+    pub uses_jacobian: bool,
     /// Evaluations a problem takes at most, for the progress bar.
     pub expected_evaluations: fn(&Settings) -> u64,
 }
@@ -141,18 +143,21 @@ pub const OPTIMISERS: &[Optimiser] = &[
         name: "gauss_newton",
         doc: "damped Gauss-Newton with the exact Jacobian and bounds, from several starts",
         run: gauss_newton::run,
+        uses_jacobian: true,
         expected_evaluations: |settings| settings.starts as u64 * settings.refactorisations + settings.polish,
     },
     Optimiser {
         name: "annealing",
         doc: "simulated annealing (Algorithm 3.1), independent chains",
         run: annealing::run,
+        uses_jacobian: false,
         expected_evaluations: |settings| settings.evaluations,
     },
     Optimiser {
         name: "hybrid",
         doc: "annealing, then Gauss-Newton from the best state of each chain",
         run: hybrid::run,
+        uses_jacobian: true,
         expected_evaluations: |settings| {
             settings.evaluations + settings.chains as u64 * settings.refactorisations + settings.polish
         },

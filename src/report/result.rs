@@ -10,8 +10,8 @@ use serde::Serialize;
 use crate::calibration::errors::Errors;
 use crate::memory;
 use crate::scene::Scene;
-use crate::study::Study;
 use crate::study::plan::Sizes;
+use crate::study::{Study, fit};
 
 /// The document. Stiffness in N/m (N with the law "axial_rigidity"), lengths in m, errors in percent.
 #[derive(Debug, Serialize)]
@@ -55,7 +55,7 @@ struct Calibration<'a> {
     groups: Vec<Group<'a>>,
     fitted: Vec<Case<'a>>,
     held_out: Vec<Case<'a>>,
-    sweep: Vec<Row>,
+    sweep: Vec<Row<'a>>,
     counts: Counts,
     solver: Solver<'a>,
     trace: Vec<(f64, u64, f64)>,
@@ -85,7 +85,7 @@ struct Case<'a> {
 }
 
 #[derive(Debug, Serialize)]
-struct Row {
+struct Row<'a> {
     gamma: Option<f64>,
     groups: usize,
     e_rms: f64,
@@ -93,9 +93,7 @@ struct Row {
     evaluations: u64,
     refactorisations: u64,
     solves: u64,
-    cg_iterations: u64,
-    fallbacks: u64,
-    e_rms_difference: f64,
+    solver: Solver<'a>,
     seconds: f64,
     stop: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -106,16 +104,12 @@ struct Row {
 struct Counts {
     evaluations: u64,
     refactorisations: u64,
-    single_refactorisations: u64,
-    stale_solves: u64,
-    cg_iterations: u64,
-    fallbacks: u64,
     solves: u64,
     surrogate_evaluations: u64,
     rejected: u64,
 }
 
-/// How the springs of the best row were solved during the search; all but `path`, `reason` and `tolerance` counts its work.
+/// How the springs of a row were solved during its search: the path, why, and how often which.
 #[derive(Debug, Serialize)]
 struct Solver<'a> {
     path: &'static str,
@@ -211,22 +205,17 @@ fn calibration(study: &Study) -> Calibration<'_> {
         counts: Counts {
             evaluations: found.counts.evaluations,
             refactorisations: found.counts.refactorisations,
-            single_refactorisations: found.counts.single_refactorisations,
-            stale_solves: found.counts.stale_solves,
-            cg_iterations: found.counts.cg_iterations,
-            fallbacks: found.counts.fallbacks,
             solves: found.counts.solves,
             surrogate_evaluations: 0,
             rejected: found.counts.rejected,
         },
-        solver: solver(study),
+        solver: solver(study, best),
         trace: best.outcome.trace.iter().map(|p| (p.seconds, p.refactorisations, p.error)).collect(),
     }
 }
 
-fn solver(study: &Study) -> Solver<'_> {
-    let best = &study.calibration.sweep[study.calibration.best];
-    let counts = &best.outcome.counts;
+fn solver<'a>(study: &'a Study, row: &fit::Row) -> Solver<'a> {
+    let counts = &row.outcome.counts;
     Solver {
         path: study.calibration.solver.path.name(),
         reason: &study.calibration.solver.reason,
@@ -236,11 +225,11 @@ fn solver(study: &Study) -> Solver<'_> {
         stale_solves: counts.stale_solves,
         cg_iterations: counts.cg_iterations,
         fallbacks: counts.fallbacks,
-        e_rms_difference: best.error_difference,
+        e_rms_difference: row.error_difference,
     }
 }
 
-fn rows(study: &Study) -> Vec<Row> {
+fn rows(study: &Study) -> Vec<Row<'_>> {
     let sweep = &study.calibration.sweep;
     let row = |i: usize| {
         let row = &sweep[i];
@@ -252,9 +241,7 @@ fn rows(study: &Study) -> Vec<Row> {
             evaluations: row.outcome.counts.evaluations,
             refactorisations: row.outcome.counts.refactorisations,
             solves: row.outcome.counts.solves,
-            cg_iterations: row.outcome.counts.cg_iterations,
-            fallbacks: row.outcome.counts.fallbacks,
-            e_rms_difference: row.error_difference,
+            solver: solver(study, row),
             seconds: row.seconds,
             stop: row.outcome.stop.name(),
             same_groups_as: if row.solved_by == i { None } else { sweep[row.solved_by].gamma },

@@ -49,7 +49,15 @@ pub fn run(study: &Study) -> String {
     line(format!("\n{:<24} {:>8} {:>10} {:>14} {:>14}", "group", "springs", "length m", "stiffness", "upper bound"));
     let shown = 32;
     for ((group, phi), upper) in found.grouping.groups.iter().zip(&found.phi).zip(&found.upper).take(shown) {
-        line(format!("{:<24} {:>8} {:>10.4} {:>14.6e} {:>14.6e}", group.name, group.springs, group.length, phi, upper));
+        let at = match () {
+            () if *phi == 0.0 => "  at its lower bound: these springs are not needed",
+            () if phi >= upper => "  at its upper bound",
+            () => "",
+        };
+        line(format!(
+            "{:<24} {:>8} {:>10.4} {:>14.6e} {:>14.6e}{at}",
+            group.name, group.springs, group.length, phi, upper
+        ));
     }
     if found.grouping.groups.len() > shown {
         line(format!("... and {} more (result.json has all)", found.grouping.groups.len() - shown));

@@ -4,6 +4,7 @@
 //! in the rooms below. Upper limits are there so that a slip of the keyboard costs a message, not the memory.
 
 use crate::error::{Error, Result};
+use crate::geometry::knots::MAX_DEGREE;
 use crate::springs::grouping;
 
 use super::choices::{FACES, known, names};
@@ -14,8 +15,6 @@ use super::{
 
 /// Most control points of a grid.
 const MOST_CONTROL_POINTS: usize = 100_000_000;
-/// Highest polynomial degree.
-const HIGHEST_DEGREE: usize = 9;
 /// Smallest and largest tolerance of the iterative solver: below is rounding, above the error would show it.
 const TOLERANCES: [f64; 2] = [1e-14, 1e-6];
 /// Most load cases.
@@ -90,7 +89,7 @@ fn check_geometry(geometry: &Geometry) -> Result<()> {
         positive(&format!("geometry.size[{i}]"), size)?;
     }
     for (i, &degree) in geometry.degree.iter().flatten().enumerate() {
-        within(&format!("geometry.degree[{i}]"), degree, 1, HIGHEST_DEGREE)?;
+        within(&format!("geometry.degree[{i}]"), degree, 1, MAX_DEGREE)?;
     }
     for (i, &count) in geometry.control_points.iter().flatten().enumerate() {
         within(&format!("geometry.control_points[{i}]"), count, 2, MOST_CONTROL_POINTS)?;

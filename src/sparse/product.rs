@@ -112,12 +112,14 @@ mod tests {
         let values: Vec<f64> = (0..symbolic.lower_rows().len()).map(|e| (e as f64 * 0.7).sin()).collect();
         let x: Vec<f64> = (0..13).map(|i| (i as f64 * 1.3).cos()).collect();
         let mut expected = [0.0; 13];
+        let (starts, rows) = (symbolic.lower_starts(), symbolic.lower_rows());
         for j in 0..13 {
-            for e in symbolic.lower_starts()[j] as usize..symbolic.lower_starts()[j + 1] as usize {
-                let i = symbolic.lower_rows()[e] as usize;
-                expected[i] += values[e] * x[j];
+            let column = starts[j] as usize..starts[j + 1] as usize;
+            for (&i, a) in rows[column.clone()].iter().zip(&values[column]) {
+                let i = i as usize;
+                expected[i] += a * x[j];
                 if i != j {
-                    expected[j] += values[e] * x[i];
+                    expected[j] += a * x[i];
                 }
             }
         }

@@ -135,7 +135,7 @@ impl Iterative {
         let predicted = prediction::iterations(prediction::spread(&self.phi, &kept.phi), guess, tolerance);
         let columns = self.columns(forces) as f64;
         let renewal = prediction::refactorisation_in_iterations(&self.symbolic) + FRESH.0 * columns;
-        (self.reuse && predicted * columns <= renewal).then_some(2 * predicted as usize + 2)
+        (self.reuse && predicted * columns <= renewal).then(|| 2 * predicted as usize + 2)
     }
 
     /// Makes the factor of this K: in f32, or in f64 where f32 fails.

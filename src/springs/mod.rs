@@ -2,8 +2,9 @@
 //!
 //! The order of work: [`topology`] joins the control points into a [`network::Network`]; [`grouping`] sorts its springs
 //! into m groups; [`weighting`] says what one number phi_a of a group means for a spring, k_s = phi_a w_s; [`bounds`]
-//! limits phi; [`affine`] turns phi into the stiffness matrix, [`solver`] solves with
-//! it (its ways: a factor, or iterations with an old or rough one; which of them, [`prediction`] says). [`masses`] and [`damping`] are for bodies that move.
+//! limits phi; [`affine`] turns phi into the stiffness matrix. [`solver`] solves with it for one phi after another, by
+//! factors or by iterations with an old or rough factor, and [`prediction`] says which is cheaper. [`masses`] and
+//! [`damping`] are for bodies that move.
 
 pub mod affine;
 pub mod bounds;

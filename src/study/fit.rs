@@ -25,6 +25,9 @@ use super::body::Body;
 use super::loads::LoadCase;
 use super::network::Lattice;
 
+/// Bytes that the Jacobians of Gauss-Newton may take.
+const LARGEST_JACOBIAN: f64 = 8e9;
+
 /// What a calibration found.
 pub struct Calibration {
     /// One row for each gamma (one in all when the grouping does not use gamma).
@@ -95,6 +98,7 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
     let same = sweep::first_equal(&groupings);
     let distinct: Vec<usize> = (0..groupings.len()).filter(|&i| same[i] == i).collect();
     let problems: Vec<SweepProblem> = distinct.iter().map(|&i| given.problem(&groupings[i], i)).collect();
+    given.check_jacobian(&problems)?;
     let solved = given.solve(&problems, progress)?;
     let answer = |i: usize| distinct.iter().position(|&d| d == same[i]).unwrap_or(0);
     let sweep: Vec<Row> = (0..gammas.len())
@@ -178,6 +182,20 @@ impl Given<'_> {
             upper: bounds::upper_bounds(network, grouping, spring_bounds, self.scene.springs.law),
             index,
         }
+    }
+
+    /// Refuses a Jacobian that would not fit: one column a group, four copies at a time for each of two starts.
+    /// The number of threads does not count, so that a scene is refused on every machine or on none.
+    fn check_jacobian(&self, problems: &[SweepProblem]) -> Result<()> {
+        let groups = problems.iter().map(|problem| problem.upper.len()).max().unwrap_or(0);
+        let rows = self.body.dofs.len() * self.fitted().len();
+        let bytes = 8.0 * 4.0 * 2.0 * groups as f64 * rows as f64;
+        let (optimiser, _) = optimiser(self.scene)?;
+        if bytes <= LARGEST_JACOBIAN || !optimiser.uses_jacobian {
+            return Ok(());
+        }
+        let message = format!("{groups} groups and {rows} equations need a Jacobian of {:.1} GB", bytes / 1e9);
+        Err(Error::input("springs.grouping", message, "use fewer groups, fewer control points, or annealing"))
     }
 
     /// Runs the optimiser on all problems.
