@@ -39,13 +39,25 @@ const CALIBRATION: &[&str] = &[
     "sweep",
     "counts",
     "trace",
+    "solver",
     "global_strain",
     "fitted",
 ];
 const GROUP: &[&str] = &["name", "springs", "length", "stiffness", "lower", "upper"];
 const CASE: &[&str] = &["load", "e_rms", "e_max"];
 const ROW: &[&str] =
-    &["gamma", "groups", "e_rms", "e_max", "evaluations", "refactorisations", "solves", "seconds", "stop"];
+    &["gamma", "groups", "e_rms", "e_max", "evaluations", "refactorisations", "solves", "solver", "seconds", "stop"];
+const SOLVER: &[&str] = &[
+    "path",
+    "reason",
+    "tolerance",
+    "refactorisations",
+    "single_refactorisations",
+    "stale_solves",
+    "cg_iterations",
+    "fallbacks",
+    "e_rms_difference",
+];
 const COUNTS: &[&str] = &["evaluations", "refactorisations", "solves", "surrogate_evaluations", "rejected"];
 
 /// The scenes of a user; those in data/scenes/bad are for tests/bad_scenes.rs.
@@ -102,6 +114,8 @@ fn result_is_as_promised(result: &Value) {
     has_keys(calibration, CALIBRATION, &[]);
     has_keys(&calibration["global_strain"], &["reference", "springs"], &[]);
     has_keys(&calibration["counts"], COUNTS, &[]);
+    has_keys(&calibration["solver"], SOLVER, &[]);
+    assert!(number(&calibration["solver"], "e_rms_difference") < 1e-8);
     list(calibration, "groups").iter().for_each(|group| has_keys(group, GROUP, &[]));
     list(calibration, "sweep").iter().for_each(|row| has_keys(row, ROW, &["same_groups_as"]));
     for key in ["fitted", "held_out"] {

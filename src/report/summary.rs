@@ -3,7 +3,6 @@
 use std::fmt::Write;
 
 use crate::calibration::errors::Errors;
-use crate::calibration::objective::Counts;
 use crate::memory;
 use crate::study::Study;
 use crate::study::plan::{Plan, Sizes};
@@ -74,10 +73,17 @@ pub fn run(study: &Study) -> String {
     }
     line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
     let total: f64 = study.seconds.iter().map(|(_, seconds)| seconds).sum();
+    let counts = &found.counts;
+    line(format!("solver: {}: {}", found.solver.path.name(), found.solver.reason));
+    if counts.fallbacks > 0 {
+        line(format!("single precision failed {} times, double precision took over", counts.fallbacks));
+    }
     let memory =
         memory::peak_bytes().map_or(String::new(), |bytes| format!(", peak memory {:.0} MB", bytes as f64 / 1e6));
-    let Counts { refactorisations, solves, .. } = found.counts;
-    line(format!("{total:.3} s, {refactorisations} refactorisations, {solves} solves{memory}"));
+    line(format!(
+        "{total:.3} s, {} refactorisations, {} solves, {} iterations{memory}",
+        counts.refactorisations, counts.solves, counts.cg_iterations
+    ));
     text
 }
 

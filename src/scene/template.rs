@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::geometry::shapes::{self, Shape};
 
 use super::choices::{known, names};
-use super::{Calibration, Geometry, Load, Material, Reference, Scene, Springs, Support, resolve, schema};
+use super::{Calibration, Geometry, Load, Material, Reference, Scene, Solver, Springs, Support, resolve, schema};
 
 /// The commented scene of a shape, as text.
 ///
@@ -39,6 +39,7 @@ fn example(shape: &Shape) -> Scene {
         reference: Reference::default(),
         springs: Springs::default(),
         calibration: Calibration::default(),
+        solver: Solver::default(),
         dynamics: None,
     }
 }

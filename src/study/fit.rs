@@ -18,6 +18,7 @@ use crate::scene::Scene;
 use crate::sparse::cholesky::Factor;
 use crate::springs::affine::AffineStiffness;
 use crate::springs::grouping::{self, Grouping};
+use crate::springs::solver;
 use crate::springs::{bounds, weighting};
 
 use super::body::Body;
@@ -51,6 +52,8 @@ pub struct Calibration {
     pub global_strain: [f64; 2],
     /// Work of the whole sweep.
     pub counts: Counts,
+    /// How K(phi) u = f was solved during the search, and why.
+    pub solver: solver::Choice,
 }
 
 impl Calibration {
@@ -77,6 +80,8 @@ pub struct Row {
     pub solved_by: usize,
     /// Errors over the fitted cases, percent.
     pub errors: Errors,
+    /// Relative difference of the optimiser's error and the one that the direct solve confirms.
+    pub error_difference: f64,
     /// Seconds of the fit.
     pub seconds: f64,
     /// What the optimiser found.
@@ -112,7 +117,7 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
     let answer = |i: usize| distinct.iter().position(|&d| d == same[i]).unwrap_or(0);
     let sweep: Vec<Row> = (0..gammas.len())
         .map(|i| {
-            let Solved { outcome, displacement, seconds } = &solved[answer(i)];
+            let Solved { outcome, displacement, error_difference, seconds } = &solved[answer(i)];
             let errors = errors::over_cases(&given.fitted_errors(displacement));
             let outcome = Arc::new(outcome.clone());
             Row {
@@ -120,6 +125,7 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
                 groups: groupings[i].groups.len(),
                 solved_by: same[i],
                 errors,
+                error_difference: *error_difference,
                 seconds: *seconds,
                 outcome,
             }
@@ -171,6 +177,11 @@ pub(super) fn optimiser(scene: &Scene) -> Result<(&'static Optimiser, Settings)>
     Ok((optimiser, settings))
 }
 
+/// How a scene wants K(phi) u = f solved.
+fn solver_settings(scene: &Scene) -> solver::Settings {
+    solver::Settings { path: scene.solver.path, tolerance: scene.solver.tolerance }
+}
+
 impl Given<'_> {
     /// Indices of the fitted load cases.
     fn fitted(&self) -> Vec<usize> {
@@ -212,8 +223,14 @@ impl Given<'_> {
         let (optimiser, settings) = optimiser(self.scene)?;
         let expected = problems.iter().map(|problem| (optimiser.expected_evaluations)(&settings, problem.upper.len()));
         progress.enter("calibration", expected.sum());
-        let shared =
-            Shared { symbolic: &self.lattice.symbolic, forces: &forces, reference: &targets, weights: &weights };
+        let solver = solver_settings(self.scene);
+        let shared = Shared {
+            symbolic: &self.lattice.symbolic,
+            forces: &forces,
+            reference: &targets,
+            weights: &weights,
+            solver: &solver,
+        };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
     }
 
@@ -256,6 +273,7 @@ impl Given<'_> {
             displacements,
             errors,
             counts,
+            solver: solver::choose(&solver_settings(self.scene), &self.lattice.symbolic),
         })
     }
 }

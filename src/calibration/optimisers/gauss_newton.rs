@@ -6,7 +6,7 @@
 //!
 //! a convex quadratic in a box. A step that lowers the error is taken and lambda falls with how well the model
 //! predicted the gain (H. B. Nielsen, Tech. Univ. of Denmark, 1999); one that does not is thrown away and lambda grows.
-//! Every trial costs one factorisation; the Jacobian at an accepted trial reuses it.
+//! Every trial costs at most one factorisation; the Jacobian at an accepted trial reuses it.
 //!
 //! Stiffness acts by its inverse, so far from the solution a straight step in phi overshoots below zero. Steps are
 //! therefore taken in x with phi = c sinh(x): logarithmic where phi is much larger than c, linear near the bound 0,
@@ -107,7 +107,8 @@ pub fn descend(problem: &Problem, settings: &Settings, from: &[f64]) -> Result<O
         descent.prepare(&phi);
         let before = error;
         let stop = loop {
-            if objective.counts().refactorisations >= settings.refactorisations {
+            // every trial counts, also one that an old factor answers
+            if objective.counts().evaluations >= settings.refactorisations {
                 break Some(Stop::RefactorisationLimit);
             }
             let Some((trial, predicted)) = descent.step(&phi, problem.upper) else {
