@@ -9,6 +9,8 @@ pub mod bounds;
 pub mod damping;
 pub mod grouping;
 pub mod masses;
+pub mod multigrid_solver;
 pub mod network;
+pub mod stencil;
 pub mod topology;
 pub mod weighting;
