@@ -116,7 +116,7 @@ impl Multigrid {
         // a power of two brings r into the range of f32 without changing its digits
         let largest = r.iter().fold(0.0_f64, |largest, r| largest.max(r.abs()));
         if largest == 0.0 || !largest.is_finite() {
-            return z.fill(largest - largest);
+            return z.fill(0.0 * largest);
         }
         let scale = largest.log2().floor().exp2();
         let down = 1.0 / scale;
