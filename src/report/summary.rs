@@ -74,7 +74,8 @@ pub fn run(study: &Study) -> String {
     line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
     let total: f64 = study.seconds.iter().map(|(_, seconds)| seconds).sum();
     let counts = &found.counts;
-    line(format!("solver: {}: {}", found.solver.path.name(), found.solver.reason));
+    let choice = &study.lattice.choice;
+    line(format!("solver: {}: {}", choice.path.name(), choice.reason));
     if counts.fallbacks > 0 {
         line(format!("single precision failed {} times, double precision took over", counts.fallbacks));
     }
