@@ -8,6 +8,7 @@
 //! | [`cholesky`] | analysed once ([`cholesky::Symbolic`], shared), factored and solved often ([`cholesky::Factor`], one a worker) |
 //! | [`single`] | a factor in single precision, as a preconditioner |
 //! | [`product`] | the product with the triangle that the factor reads |
+//! | sweep | down and up a factor for one right-hand side |
 //! | [`cg`] | preconditioned conjugate gradients, for a matrix that is only applied |
 //! | [`backward_error`] | how well a solution satisfies its equations |
 
@@ -20,3 +21,4 @@ pub mod ordering;
 pub mod pattern;
 pub mod product;
 pub mod single;
+mod sweep;

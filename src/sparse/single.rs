@@ -24,6 +24,7 @@ use faer::{Conj, MatMut};
 
 use crate::error::{Error, Result};
 use crate::sparse::cholesky::Symbolic;
+use crate::sparse::sweep;
 
 /// Right-hand sides that one sweep over L serves.
 const COLUMNS_AT_ONCE: usize = 16;
@@ -125,19 +126,29 @@ impl SingleFactor {
                     *to = (r * d / *size) as f32;
                 }
             }
-            let columns = MatMut::from_column_major_slice_mut(&mut self.columns[..r.len()], n, r.len() / n);
-            supernodal::SupernodalLltRef::new(self.symbolic.supernodes(), &self.factor).solve_in_place_with_conj(
-                Conj::No,
-                columns,
-                Par::Seq,
-                MemStack::new(&mut self.buffer),
-            );
+            self.sweep(r.len());
             for ((z, from), size) in z.chunks_exact_mut(n).zip(self.columns.chunks_exact(n)).zip(sizes) {
                 for ((z, from), d) in z.iter_mut().zip(from).zip(&self.scaling) {
                     *z = f64::from(*from) * d * size;
                 }
             }
         }
+    }
+
+    /// L L^T X = B in place on the first `length` numbers of `columns`.
+    fn sweep(&mut self, length: usize) {
+        let supernodes = self.symbolic.supernodes();
+        let n = self.symbolic.len();
+        if length == n {
+            let (column, below) = self.columns.split_at_mut(n);
+            return sweep::solve(supernodes, &self.factor, column, below);
+        }
+        supernodal::SupernodalLltRef::new(supernodes, &self.factor).solve_in_place_with_conj(
+            Conj::No,
+            MatMut::from_column_major_slice_mut(&mut self.columns[..length], n, length / n),
+            Par::Seq,
+            MemStack::new(&mut self.buffer),
+        );
     }
 }
 

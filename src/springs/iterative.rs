@@ -24,6 +24,9 @@ use super::solver::Work;
 /// Iterations that a factor in f32 of this very K is expected to take, and those it may take.
 const FRESH: (f64, usize) = (3.0, 25);
 
+/// Columns that are iterated on together.
+const TOGETHER: usize = 16;
+
 /// Failures of f32 from which on it is left, when they are at least a quarter of its factorisations.
 const MANY_FAILURES: u64 = 4;
 
@@ -48,7 +51,7 @@ pub(super) struct Iterative {
     /// The phi of the last answers.
     answered: Option<Vec<f64>>,
     vectors: cg::Workspace,
-    /// A right-hand side and its answer in elimination order.
+    /// Right-hand sides and their answers in elimination order.
     right: Vec<f64>,
     answer: Vec<f64>,
     pub(super) work: Work,
@@ -133,7 +136,7 @@ impl Iterative {
             _ => 1.0,
         };
         let predicted = prediction::iterations(prediction::spread(&self.phi, &kept.phi), guess, tolerance);
-        let columns = self.columns(forces) as f64;
+        let columns = prediction::columns_in_iterations(self.columns(forces));
         let renewal = prediction::refactorisation_in_iterations(&self.symbolic) + FRESH.0 * columns;
         (self.reuse && predicted * columns <= renewal).then(|| 2 * predicted as usize + 2)
     }
@@ -182,31 +185,48 @@ impl Iterative {
             return self.exact(forces, answers).map(|()| true);
         }
         let n = self.symbolic.len();
-        for (force, answer) in forces.chunks_exact(n).zip(answers.chunks_exact_mut(n)) {
-            for (k, &unknown) in self.symbolic.order().iter().enumerate() {
-                self.right[k] = force[unknown as usize];
-                self.answer[k] = answer[unknown as usize];
-            }
-            let Self { values, product, single, double: factor, right, answer: found, vectors, .. } = self;
-            let mut apply = |x: &[f64], y: &mut [f64]| product.apply(values, x, y);
-            let outcome = match factor {
-                Some(factor) if double => {
-                    let mut precondition = |r: &[f64], z: &mut [f64]| factor.precondition(r, z);
-                    cg::solve(&mut apply, &mut precondition, right, found, tolerance, limit, vectors)
-                }
-                _ => {
-                    let mut precondition = |r: &[f64], z: &mut [f64]| single.precondition(r, z);
-                    cg::solve(&mut apply, &mut precondition, right, found, tolerance, limit, vectors)
-                }
-            };
-            self.work.iterations += outcome.iterations as u64;
-            if !outcome.reached(tolerance) {
+        for (forces, answers) in forces.chunks(n * TOGETHER).zip(answers.chunks_mut(n * TOGETHER)) {
+            if !self.together(double, forces, answers, tolerance, limit) {
                 return Ok(false);
-            }
-            for (&unknown, found) in self.symbolic.order().iter().zip(&self.answer) {
-                answer[unknown as usize] = *found;
             }
         }
         Ok(true)
+    }
+
+    /// Conjugate gradients for up to [`TOGETHER`] columns; false when one does not reach the tolerance.
+    fn together(&mut self, double: bool, forces: &[f64], answers: &mut [f64], tolerance: f64, limit: usize) -> bool {
+        let n = self.symbolic.len();
+        self.right.resize(forces.len(), 0.0);
+        self.answer.resize(forces.len(), 0.0);
+        self.permute(forces, answers);
+        let Self { values, product, single, double: factor, right, answer, vectors, .. } = self;
+        let mut apply = |x: &[f64], y: &mut [f64]| product.apply(values, x, y);
+        let mut precondition = |r: &[f64], z: &mut [f64]| match factor {
+            Some(factor) if double => factor.precondition(r, z),
+            _ => single.precondition(r, z),
+        };
+        let outcome = cg::solve_columns(&mut apply, &mut precondition, right, answer, tolerance, limit, vectors);
+        self.work.iterations += outcome.iterations as u64;
+        if !outcome.reached(tolerance) {
+            return false;
+        }
+        for (answer, found) in answers.chunks_exact_mut(n).zip(self.answer.chunks_exact(n)) {
+            for (&unknown, found) in self.symbolic.order().iter().zip(found) {
+                answer[unknown as usize] = *found;
+            }
+        }
+        true
+    }
+
+    /// Brings forces and guesses to elimination order.
+    fn permute(&mut self, forces: &[f64], guesses: &[f64]) {
+        let n = self.symbolic.len();
+        for (from, to) in [(forces, &mut self.right), (guesses, &mut self.answer)] {
+            for (from, to) in from.chunks_exact(n).zip(to.chunks_exact_mut(n)) {
+                for (to, &unknown) in to.iter_mut().zip(self.symbolic.order()) {
+                    *to = from[unknown as usize];
+                }
+            }
+        }
     }
 }

@@ -17,15 +17,27 @@
 
 use crate::sparse::cholesky::Symbolic;
 
-/// Time of one operation of a factorisation over that of one stored number of L in an iteration, both in f32.
-const FACTOR_TO_SWEEP: f64 = 0.025;
+/// Time of one operation of a factorisation over that of one stored number of L in an iteration, in either precision, where L is
+/// larger than the caches.
+const FACTOR_TO_SWEEP: f64 = 0.022;
+
+/// What a factorisation costs in iterations where it is too small to run at full speed.
+const LEAST: f64 = 9.0;
+
+/// What a further column adds to an iteration, as a part of the first: L is read once for all.
+const FURTHER_COLUMN: f64 = 0.25;
 
 /// The largest factor by which an iteration with an f32 factor lowers the error.
 const LARGEST_GAIN: f64 = 1e5;
 
-/// What a factorisation costs in iterations of conjugate gradients.
+/// What a factorisation costs in iterations of conjugate gradients with one right-hand side.
 pub fn refactorisation_in_iterations(symbolic: &Symbolic) -> f64 {
-    FACTOR_TO_SWEEP * symbolic.factor_flops() / symbolic.factor_entries().max(1) as f64
+    (FACTOR_TO_SWEEP * symbolic.factor_flops() / symbolic.factor_entries().max(1) as f64).max(LEAST)
+}
+
+/// What one iteration of `columns` right-hand sides together costs in iterations of one.
+pub fn columns_in_iterations(columns: usize) -> f64 {
+    1.0 + FURTHER_COLUMN * columns.saturating_sub(1) as f64
 }
 
 /// The ratio c = max / min of phi_a / psi_a over the groups: 1 for proportional stiffnesses, infinite when one of them is
