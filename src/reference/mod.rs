@@ -15,6 +15,7 @@
 
 pub mod loads;
 pub mod material;
+pub mod matrix_free;
 pub mod methods;
 pub mod points;
 mod quadrature;

@@ -7,11 +7,13 @@
 //! | [`ordering`] | elimination orders: nested dissection of a grid, minimum degree otherwise |
 //! | [`cholesky`] | analysed once ([`cholesky::Symbolic`], shared), factored and solved often ([`cholesky::Factor`], one a worker) |
 //! | [`cg`] | preconditioned conjugate gradients, for a matrix that is only applied |
+//! | [`fast_diagonalisation`] | the inverse of a sum of Kronecker products, a preconditioner on boxes of splines |
 //! | [`backward_error`] | how well a solution satisfies its equations |
 
 pub mod assemble;
 pub mod backward_error;
 pub mod cg;
 pub mod cholesky;
+pub mod fast_diagonalisation;
 pub mod ordering;
 pub mod pattern;
