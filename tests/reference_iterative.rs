@@ -2,7 +2,6 @@ use springfit::geometry::dofs::DofMap;
 use springfit::geometry::selection::face_nodes;
 use springfit::geometry::shapes;
 use springfit::reference::material::{Material, Plane};
-use springfit::reference::matrix_free::solve;
 use springfit::reference::methods::nurbs;
 use springfit::reference::{Reference, loads};
 use springfit::sparse::ordering::nested_dissection;
@@ -24,17 +23,15 @@ fn probe() {
         let dofs = DofMap::untied(patch.dimension(), &fixed);
         let lame = Material { young: 15e3, poisson: 0.3 }.lame(patch.dimension(), Plane::Stress).unwrap();
         let load = loads::per_node(&dofs, shape.default_force).unwrap();
+        let points = nurbs::integration_points(&patch, 0, 1.0);
         println!("{item}: {} dofs", dofs.len());
-        let found = solve::solve((&patch, 0, 1.0), lame, &dofs, &[&load.forces], 1e-12, 500).unwrap().unwrap();
-        println!("{item}: {:?} {:e}", found.iterations, found.residual);
+        let found = Reference::iterative(&points, lame, &dofs, &[load.clone()]).unwrap().unwrap();
+        println!("{item}: {:?} {:.2} s, backward {:.1e}, {:.1} MB", found.path, found.seconds, found.backward_error, springfit::memory::peak_bytes().unwrap() as f64/1e6);
         if direct {
-            let points = nurbs::integration_points(&patch, 0, 1.0);
             let order = dofs.order(&nested_dissection(patch.grid().extents(), 2, [false; 3]));
-            let reference = Reference::solve(&points, lame, &dofs, order, &[load]).unwrap();
-            let exact = &reference.cases[0].displacement;
-            let norm = exact.iter().map(|u| u * u).sum::<f64>().sqrt();
-            let error = exact.iter().zip(&found.displacements[0]).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
-            println!("  direct {:.2} s, error {:e}, measure {:e}", reference.seconds, error / norm, found.volume / reference.measure - 1.0);
+            let reference = Reference::direct(&points, lame, &dofs, order, &[load], "").unwrap();
+            let (a, b) = (&reference.cases[0], &found.cases[0]);
+            println!("  direct {:.2} s, compliance {:.1e}, u_max {:.1e}, measure {:.1e} frob {:.1e}", reference.seconds, b.compliance/a.compliance - 1.0, b.u_max/a.u_max - 1.0, found.measure / reference.measure - 1.0, found.stiffness_frobenius()/reference.stiffness_frobenius() - 1.0);
         }
     }
 }

@@ -233,7 +233,7 @@ impl Space {
 
     /// Values at the Gauss points of the gathered field.
     #[inline(always)]
-    pub fn interpolate<const FUSED: bool>(
+    pub fn interpolate<const REGISTERS: u8>(
         &mut self,
         body: &Body,
         e0: usize,
@@ -243,23 +243,23 @@ impl Space {
     ) {
         let [d0, d1, d2] = &body.directions;
         let [half, quarter] = &mut self.half;
-        contract_last::<FUSED>(&batch.values, d2.points, d0.order * d1.order, &self.nodal, half);
+        contract_last::<REGISTERS>(&batch.values, d2.points, d0.order * d1.order, &self.nodal, half);
         let around = Around { before: d0.order, after: d2.points };
-        contract::<FUSED, false>(d1.values_of(e1), d1.points, around, half, quarter);
+        contract::<REGISTERS, false>(d1.values_of(e1), d1.points, around, half, quarter);
         let around = Around { before: 1, after: d1.points * d2.points };
-        contract::<FUSED, false>(d0.values_of(e0), d0.points, around, quarter, out);
+        contract::<REGISTERS, false>(d0.values_of(e0), d0.points, around, quarter, out);
     }
 
     /// The transpose of [`Space::interpolate`]: numbers at the Gauss points to the nodes, into `nodal`.
     #[inline(always)]
-    pub fn test<const FUSED: bool>(&mut self, body: &Body, e0: usize, e1: usize, batch: &Batch, points: &[Lanes]) {
+    pub fn test<const REGISTERS: u8>(&mut self, body: &Body, e0: usize, e1: usize, batch: &Batch, points: &[Lanes]) {
         let [d0, d1, d2] = &body.directions;
         let [half, quarter] = &mut self.half;
         let around = Around { before: 1, after: d1.points * d2.points };
-        contract::<FUSED, false>(body.transposed_of(0, e0), d0.order, around, points, quarter);
+        contract::<REGISTERS, false>(body.transposed_of(0, e0), d0.order, around, points, quarter);
         let around = Around { before: d0.order, after: d2.points };
-        contract::<FUSED, false>(body.transposed_of(1, e1), d1.order, around, quarter, half);
-        contract_last::<FUSED>(&batch.transposed, d2.order, d0.order * d1.order, half, &mut self.nodal);
+        contract::<REGISTERS, false>(body.transposed_of(1, e1), d1.order, around, quarter, half);
+        contract_last::<REGISTERS>(&batch.transposed, d2.order, d0.order * d1.order, half, &mut self.nodal);
     }
 
     /// Adds `nodal` to a nodal field that begins at node plane `plane`.
@@ -288,7 +288,7 @@ impl Space {
 
 /// Derivatives along the three reference directions of a field known at the Gauss points, one after the other in `out`.
 #[inline(always)]
-pub(super) fn differentiate<const FUSED: bool>(body: &Body, values: &[Lanes], out: &mut [Lanes]) {
+pub(super) fn differentiate<const REGISTERS: u8>(body: &Body, values: &[Lanes], out: &mut [Lanes]) {
     let [d0, d1, d2] = &body.directions;
     let size = body.points();
     let around = [
@@ -297,7 +297,7 @@ pub(super) fn differentiate<const FUSED: bool>(body: &Body, values: &[Lanes], ou
         Around { before: d0.points * d1.points, after: 1 },
     ];
     for ((direction, around), out) in body.directions.iter().zip(around).zip(out.chunks_exact_mut(size)) {
-        contract::<FUSED, false>(&direction.collocation, direction.points, around, values, out);
+        contract::<REGISTERS, false>(&direction.collocation, direction.points, around, values, out);
     }
 }
 
@@ -315,7 +315,7 @@ struct Mapping<'a> {
 
 impl Kernel for Mapping<'_> {
     #[inline(always)]
-    fn run<const FUSED: bool>(self) {
+    fn run<const REGISTERS: u8>(self) {
         let Self { body, e0, .. } = self;
         let (size, width) = (body.points(), body.width());
         let mut space = Space::new(body);
@@ -327,8 +327,8 @@ impl Kernel for Mapping<'_> {
                 for (f, field) in self.fields.chunks_exact(self.nodes).enumerate() {
                     space.gather(body, field, e0, e1, batch);
                     let values = &mut values[f * size..][..size];
-                    space.interpolate::<FUSED>(body, e0, e1, batch, values);
-                    differentiate::<FUSED>(body, values, &mut slopes[3 * f * size..][..3 * size]);
+                    space.interpolate::<REGISTERS>(body, e0, e1, batch, values);
+                    differentiate::<REGISTERS>(body, values, &mut slopes[3 * f * size..][..3 * size]);
                 }
                 let at = (e1 * body.batches.len() + b) * size * width;
                 for q in 0..size {

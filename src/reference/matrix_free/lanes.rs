@@ -10,16 +10,23 @@
 //!
 //! T is a number ([`contract`]), or differs from lane to lane in the last direction ([`contract_last`]).
 //!
-//! The compiler is asked for the widest registers that the processor has ([`widest`]): `FUSED` says whether a
-//! multiplication and an addition are one instruction there.
+//! A [`Kernel`] is compiled once for every kind of registers, and run with the widest that the processor has
+//! ([`widest`]).
 
 /// Elements side by side.
 pub(super) const LANES: usize = 8;
 
 /// One number for each of the elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub(super) struct Lanes(pub [f64; LANES]);
+
+/// No wide registers that we know of.
+const PLAIN: u8 = 0;
+/// Four numbers in a register, fused multiplication and addition.
+const AVX2: u8 = 1;
+/// Eight numbers in a register, fused multiplication and addition.
+const AVX512: u8 = 2;
 
 impl Lanes {
     /// Zero in all lanes.
@@ -33,32 +40,78 @@ impl Lanes {
 
     /// self + a b.
     #[inline(always)]
-    pub fn plus<const FUSED: bool>(self, a: Self, b: Self) -> Self {
-        let mut sum = self;
-        for l in 0..LANES {
-            sum.0[l] = if FUSED { a.0[l].mul_add(b.0[l], sum.0[l]) } else { sum.0[l] + a.0[l] * b.0[l] };
+    pub fn plus<const REGISTERS: u8>(self, a: Self, b: Self) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if REGISTERS != PLAIN {
+            // SAFETY: kernels run with these registers only on processors that have them, see `widest`
+            return unsafe { registers::fused::<REGISTERS>(self, a, b) };
         }
-        sum
+        Self(std::array::from_fn(|l| self.0[l] + a.0[l] * b.0[l]))
     }
 
     /// a b.
     #[inline(always)]
-    pub fn times(self, b: Self) -> Self {
-        let mut product = self;
-        for l in 0..LANES {
-            product.0[l] *= b.0[l];
+    pub fn times<const REGISTERS: u8>(self, b: Self) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if REGISTERS != PLAIN {
+            // SAFETY: as above
+            return unsafe { registers::product::<REGISTERS>(self, b) };
         }
-        product
+        Self(std::array::from_fn(|l| self.0[l] * b.0[l]))
     }
 
     /// a + b.
     #[inline(always)]
-    pub fn add(self, b: Self) -> Self {
-        let mut sum = self;
-        for l in 0..LANES {
-            sum.0[l] += b.0[l];
+    pub fn add<const REGISTERS: u8>(self, b: Self) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if REGISTERS != PLAIN {
+            // SAFETY: as above
+            return unsafe { registers::sum::<REGISTERS>(self, b) };
         }
-        sum
+        Self(std::array::from_fn(|l| self.0[l] + b.0[l]))
+    }
+}
+
+/// The three operations as instructions; the compiler does not find them by itself in loops over eight lanes.
+#[cfg(target_arch = "x86_64")]
+mod registers {
+    use std::arch::x86_64::*;
+    use std::mem::transmute;
+
+    use super::{AVX512, Lanes};
+
+    #[inline(always)]
+    pub unsafe fn fused<const REGISTERS: u8>(sum: Lanes, a: Lanes, b: Lanes) -> Lanes {
+        unsafe {
+            if REGISTERS == AVX512 {
+                return transmute::<__m512d, Lanes>(_mm512_fmadd_pd(transmute(a), transmute(b), transmute(sum)));
+            }
+            let ([a, c], [b, d], [s, t]): ([__m256d; 2], [__m256d; 2], [__m256d; 2]) =
+                (transmute(a), transmute(b), transmute(sum));
+            transmute([_mm256_fmadd_pd(a, b, s), _mm256_fmadd_pd(c, d, t)])
+        }
+    }
+
+    #[inline(always)]
+    pub unsafe fn product<const REGISTERS: u8>(a: Lanes, b: Lanes) -> Lanes {
+        unsafe {
+            if REGISTERS == AVX512 {
+                return transmute::<__m512d, Lanes>(_mm512_mul_pd(transmute(a), transmute(b)));
+            }
+            let ([a, c], [b, d]): ([__m256d; 2], [__m256d; 2]) = (transmute(a), transmute(b));
+            transmute([_mm256_mul_pd(a, b), _mm256_mul_pd(c, d)])
+        }
+    }
+
+    #[inline(always)]
+    pub unsafe fn sum<const REGISTERS: u8>(a: Lanes, b: Lanes) -> Lanes {
+        unsafe {
+            if REGISTERS == AVX512 {
+                return transmute::<__m512d, Lanes>(_mm512_add_pd(transmute(a), transmute(b)));
+            }
+            let ([a, c], [b, d]): ([__m256d; 2], [__m256d; 2]) = (transmute(a), transmute(b));
+            transmute([_mm256_add_pd(a, b), _mm256_add_pd(c, d)])
+        }
     }
 }
 
@@ -73,7 +126,7 @@ pub(super) struct Around {
 
 /// Contracts one index with a matrix of `rows` x (`table.len() / rows`) numbers; adds to `out` when `ADD`.
 #[inline(always)]
-pub(super) fn contract<const FUSED: bool, const ADD: bool>(
+pub(super) fn contract<const REGISTERS: u8, const ADD: bool>(
     table: &[f64],
     rows: usize,
     around: Around,
@@ -82,16 +135,16 @@ pub(super) fn contract<const FUSED: bool, const ADD: bool>(
 ) {
     let columns = table.len() / rows;
     match (rows, columns) {
-        (3, 3) => contract_sized::<FUSED, ADD>(table, 3, 3, around, input, out),
-        (2, 2) => contract_sized::<FUSED, ADD>(table, 2, 2, around, input, out),
-        (4, 4) => contract_sized::<FUSED, ADD>(table, 4, 4, around, input, out),
-        _ => contract_sized::<FUSED, ADD>(table, rows, columns, around, input, out),
+        (3, 3) => contract_sized::<REGISTERS, ADD>(table, 3, 3, around, input, out),
+        (2, 2) => contract_sized::<REGISTERS, ADD>(table, 2, 2, around, input, out),
+        (4, 4) => contract_sized::<REGISTERS, ADD>(table, 4, 4, around, input, out),
+        _ => contract_sized::<REGISTERS, ADD>(table, rows, columns, around, input, out),
     }
 }
 
 /// [`contract`] for sizes that the compiler may know.
 #[inline(always)]
-fn contract_sized<const FUSED: bool, const ADD: bool>(
+fn contract_sized<const REGISTERS: u8, const ADD: bool>(
     table: &[f64],
     rows: usize,
     columns: usize,
@@ -106,7 +159,7 @@ fn contract_sized<const FUSED: bool, const ADD: bool>(
             for (a, value) in row.iter_mut().enumerate() {
                 let mut sum = if ADD { *value } else { Lanes::ZERO };
                 for i in 0..columns {
-                    sum = sum.plus::<FUSED>(Lanes::all(table[o * columns + i]), from[i * after + a]);
+                    sum = sum.plus::<REGISTERS>(Lanes::all(table[o * columns + i]), from[i * after + a]);
                 }
                 *value = sum;
             }
@@ -116,7 +169,7 @@ fn contract_sized<const FUSED: bool, const ADD: bool>(
 
 /// Contracts the last index with a matrix of `rows` x (`table.len() / rows`) that differs from lane to lane.
 #[inline(always)]
-pub(super) fn contract_last<const FUSED: bool>(
+pub(super) fn contract_last<const REGISTERS: u8>(
     table: &[Lanes],
     rows: usize,
     before: usize,
@@ -125,13 +178,13 @@ pub(super) fn contract_last<const FUSED: bool>(
 ) {
     let columns = table.len() / rows;
     match (rows, columns) {
-        (3, 3) => contract_last_sized::<FUSED>(table, 3, 3, before, input, out),
-        _ => contract_last_sized::<FUSED>(table, rows, columns, before, input, out),
+        (3, 3) => contract_last_sized::<REGISTERS>(table, 3, 3, before, input, out),
+        _ => contract_last_sized::<REGISTERS>(table, rows, columns, before, input, out),
     }
 }
 
 #[inline(always)]
-fn contract_last_sized<const FUSED: bool>(
+fn contract_last_sized<const REGISTERS: u8>(
     table: &[Lanes],
     rows: usize,
     columns: usize,
@@ -145,7 +198,7 @@ fn contract_last_sized<const FUSED: bool>(
         for (o, value) in to.iter_mut().enumerate() {
             let mut sum = Lanes::ZERO;
             for i in 0..columns {
-                sum = sum.plus::<FUSED>(table[o * columns + i], from[i]);
+                sum = sum.plus::<REGISTERS>(table[o * columns + i], from[i]);
             }
             *value = sum;
         }
@@ -155,7 +208,7 @@ fn contract_last_sized<const FUSED: bool>(
 /// Work that is compiled once for each kind of registers.
 pub(super) trait Kernel {
     /// Does the work; inlined into the functions below.
-    fn run<const FUSED: bool>(self);
+    fn run<const REGISTERS: u8>(self);
 }
 
 /// Runs a kernel with the widest registers of this processor.
@@ -171,19 +224,19 @@ pub(super) fn widest(kernel: impl Kernel) {
             return unsafe { with_avx2(kernel) };
         }
     }
-    kernel.run::<{ cfg!(target_arch = "aarch64") }>();
+    kernel.run::<PLAIN>();
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx2,fma")]
 fn with_avx512(kernel: impl Kernel) {
-    kernel.run::<true>();
+    kernel.run::<AVX512>();
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn with_avx2(kernel: impl Kernel) {
-    kernel.run::<true>();
+    kernel.run::<AVX2>();
 }
 
 #[cfg(test)]
@@ -196,10 +249,10 @@ mod tests {
         let input: Vec<Lanes> = (0..2 * 3 * 2).map(lanes).collect();
         let table: Vec<f64> = (0..4 * 3).map(|i| (i as f64).sin()).collect();
         let mut out = vec![Lanes::all(1.0); 2 * 4 * 2];
-        contract::<false, true>(&table, 4, Around { before: 2, after: 2 }, &input, &mut out);
+        contract::<PLAIN, true>(&table, 4, Around { before: 2, after: 2 }, &input, &mut out);
         let wide: Vec<Lanes> = table.iter().map(|&t| Lanes::all(t)).collect();
         let mut last = vec![Lanes::ZERO; 4 * 4];
-        contract_last::<false>(&wide, 4, 4, &input, &mut last);
+        contract_last::<PLAIN>(&wide, 4, 4, &input, &mut last);
         for b in 0..2 {
             for o in 0..4 {
                 for a in 0..2 {

@@ -14,6 +14,7 @@
 //! | [`solve`] | conjugate gradients on all this |
 
 mod direction;
+mod frobenius;
 mod geometry;
 mod lanes;
 mod operator;

@@ -157,20 +157,20 @@ struct Product<'a> {
 
 impl Kernel for Product<'_> {
     #[inline(always)]
-    fn run<const FUSED: bool>(self) {
+    fn run<const REGISTERS: u8>(self) {
         let body = self.operator.body;
         let [start, end, ..] = self.slab;
         let mut product = self;
         for e0 in start..end {
             for e1 in 0..body.directions[1].elements() {
                 for (b, batch) in body.batches.iter().enumerate() {
-                    product.strain::<FUSED>(e0, e1, batch);
+                    product.strain::<REGISTERS>(e0, e1, batch);
                     let factors = body.factors_of(e0, e1, b);
                     match body.rational {
-                        true => product.stress::<FUSED, true>(factors),
-                        false => product.stress::<FUSED, false>(factors),
+                        true => product.stress::<REGISTERS, true>(factors),
+                        false => product.stress::<REGISTERS, false>(factors),
                     }
-                    product.balance::<FUSED>(e0, e1, batch);
+                    product.balance::<REGISTERS>(e0, e1, batch);
                 }
             }
         }
@@ -180,7 +180,7 @@ impl Kernel for Product<'_> {
 impl Product<'_> {
     /// v and dv/dr at the Gauss points.
     #[inline(always)]
-    fn strain<const FUSED: bool>(&mut self, e0: usize, e1: usize, batch: &Batch) {
+    fn strain<const REGISTERS: u8>(&mut self, e0: usize, e1: usize, batch: &Batch) {
         let body = self.operator.body;
         let size = body.points();
         let Tensors { space, values, slopes, .. } = &mut *self.tensors;
@@ -192,14 +192,14 @@ impl Product<'_> {
         for (c, field) in self.nodal.chunks_exact(body.nodes()).enumerate() {
             let values = &mut values[c * size..][..size];
             space.gather(body, field, e0, e1, batch);
-            space.interpolate::<FUSED>(body, e0, e1, batch, values);
-            differentiate::<FUSED>(body, values, &mut slopes[3 * c * size..][..3 * size]);
+            space.interpolate::<REGISTERS>(body, e0, e1, batch, values);
+            differentiate::<REGISTERS>(body, values, &mut slopes[3 * c * size..][..3 * size]);
         }
     }
 
     /// f in the place of dv/dr, g in the place of v.
     #[inline(always)]
-    fn stress<const FUSED: bool, const RATIONAL: bool>(&mut self, factors: &[Lanes]) {
+    fn stress<const REGISTERS: u8, const RATIONAL: bool>(&mut self, factors: &[Lanes]) {
         let size = self.operator.body.points();
         let (lambda, mu) = (Lanes::all(self.operator.lame.lambda), Lanes::all(self.operator.lame.mu));
         let Tensors { values, slopes, .. } = &mut *self.tensors;
@@ -209,26 +209,26 @@ impl Product<'_> {
             for c in 0..3 {
                 for i in 0..3 {
                     if RATIONAL {
-                        h[c][i] = factors[PLAIN + i].times(values[c * size + q]);
+                        h[c][i] = factors[PLAIN + i].times::<REGISTERS>(values[c * size + q]);
                     }
                     for r in 0..3 {
-                        h[c][i] = h[c][i].plus::<FUSED>(factors[3 * r + i], slopes[(3 * c + r) * size + q]);
+                        h[c][i] = h[c][i].plus::<REGISTERS>(factors[3 * r + i], slopes[(3 * c + r) * size + q]);
                     }
                 }
             }
-            let pressure = lambda.times(h[0][0].add(h[1][1]).add(h[2][2]));
+            let pressure = lambda.times::<REGISTERS>(h[0][0].add::<REGISTERS>(h[1][1]).add::<REGISTERS>(h[2][2]));
             for c in 0..3 {
                 let t: [Lanes; 3] = std::array::from_fn(|i| {
-                    let shear = mu.times(h[c][i].add(h[i][c]));
-                    if i == c { shear.add(pressure) } else { shear }
+                    let shear = mu.times::<REGISTERS>(h[c][i].add::<REGISTERS>(h[i][c]));
+                    if i == c { shear.add::<REGISTERS>(pressure) } else { shear }
                 });
                 for r in 0..3 {
-                    let sum = factors[3 * r].times(t[0]).plus::<FUSED>(factors[3 * r + 1], t[1]);
-                    slopes[(3 * c + r) * size + q] = sum.plus::<FUSED>(factors[3 * r + 2], t[2]);
+                    let sum = factors[3 * r].times::<REGISTERS>(t[0]).plus::<REGISTERS>(factors[3 * r + 1], t[1]);
+                    slopes[(3 * c + r) * size + q] = sum.plus::<REGISTERS>(factors[3 * r + 2], t[2]);
                 }
                 if RATIONAL {
-                    let sum = factors[PLAIN].times(t[0]).plus::<FUSED>(factors[PLAIN + 1], t[1]);
-                    values[c * size + q] = sum.plus::<FUSED>(factors[PLAIN + 2], t[2]);
+                    let sum = factors[PLAIN].times::<REGISTERS>(t[0]).plus::<REGISTERS>(factors[PLAIN + 1], t[1]);
+                    values[c * size + q] = sum.plus::<REGISTERS>(factors[PLAIN + 2], t[2]);
                 }
             }
         }
@@ -236,7 +236,7 @@ impl Product<'_> {
 
     /// Forces at the Gauss points to the nodes of the slab.
     #[inline(always)]
-    fn balance<const FUSED: bool>(&mut self, e0: usize, e1: usize, batch: &Batch) {
+    fn balance<const REGISTERS: u8>(&mut self, e0: usize, e1: usize, batch: &Batch) {
         let body = self.operator.body;
         let [d0, d1, d2] = &body.directions;
         let [_, _, first, last] = self.slab;
@@ -251,12 +251,12 @@ impl Product<'_> {
                 sums.fill(Lanes::ZERO);
             }
             let around = Around { before: d0.points * d1.points, after: 1 };
-            contract::<FUSED, true>(c2, d2.points, around, part(2), sums);
+            contract::<REGISTERS, true>(c2, d2.points, around, part(2), sums);
             let around = Around { before: d0.points, after: d2.points };
-            contract::<FUSED, true>(c1, d1.points, around, part(1), sums);
+            contract::<REGISTERS, true>(c1, d1.points, around, part(1), sums);
             let around = Around { before: 1, after: d1.points * d2.points };
-            contract::<FUSED, true>(c0, d0.points, around, part(0), sums);
-            space.test::<FUSED>(body, e0, e1, batch, sums);
+            contract::<REGISTERS, true>(c0, d0.points, around, part(0), sums);
+            space.test::<REGISTERS>(body, e0, e1, batch, sums);
             space.scatter(body, field, first, e0, e1, batch);
         }
     }

@@ -46,6 +46,8 @@ pub(super) struct Preconditioner {
     places: Vec<(u8, u32)>,
     /// The further places of those that stand at several: free degree of freedom, component, place.
     further: Vec<(u32, u8, u32)>,
+    /// Largest diagonal entry of K in N/m (without its mixed terms).
+    pub largest_diagonal: f64,
 }
 
 /// One component of the displacement.
@@ -103,7 +105,8 @@ impl Preconditioner {
                 }
             }
         }
-        Some(Self { blocks, places, further })
+        let largest_diagonal = diagonal.iter().fold(0.0, |most: f64, &k| most.max(k));
+        Some(Self { blocks, places, further, largest_diagonal })
     }
 
     /// z = M r.
@@ -209,11 +212,11 @@ fn separable_diagonal(pencils: &[Pencil; 3]) -> Vec<f64> {
 
 /// Coefficient Q_rr of component c from A at a Gauss point, times its weight on [-1, 1]^3 and W^-2.
 #[inline(always)]
-fn coefficient<const FUSED: bool>(a: &[Lanes], lame: Lame, c: usize, r: usize) -> Lanes {
-    let square = a[3 * r].times(a[3 * r]).plus::<FUSED>(a[3 * r + 1], a[3 * r + 1]);
-    let square = square.plus::<FUSED>(a[3 * r + 2], a[3 * r + 2]);
-    let along = Lanes::all(lame.lambda + lame.mu).times(a[3 * r + c]);
-    Lanes::all(lame.mu).times(square).plus::<FUSED>(along, a[3 * r + c])
+fn coefficient<const REGISTERS: u8>(a: &[Lanes], lame: Lame, c: usize, r: usize) -> Lanes {
+    let square = a[3 * r].times::<REGISTERS>(a[3 * r]).plus::<REGISTERS>(a[3 * r + 1], a[3 * r + 1]);
+    let square = square.plus::<REGISTERS>(a[3 * r + 2], a[3 * r + 2]);
+    let along = Lanes::all(lame.lambda + lame.mu).times::<REGISTERS>(a[3 * r + c]);
+    Lanes::all(lame.mu).times::<REGISTERS>(square).plus::<REGISTERS>(along, a[3 * r + c])
 }
 
 /// Sums and counts of log Q_rr of component c along direction b: `of[(c * 3 + r) * 3 + b]`, one pair for each Gauss
@@ -314,7 +317,7 @@ fn sample_layer(body: &Body, lame: Lame, e0: usize, sums: &mut [Vec<(f64, f64)>]
                 let (index, a) = (index(q), &factors[q * body.width()..]);
                 for c in 0..body.dimension {
                     for &r in &present {
-                        let coefficient = coefficient::<false>(a, lame, c, r);
+                        let coefficient = coefficient::<0>(a, lame, c, r);
                         for l in 0..batch.elements {
                             let element = [e0, e1, b * LANES + l];
                             let half = [0, 1, 2].map(|a| body.directions[a].middles[element[a]][1]);
@@ -372,7 +375,7 @@ struct Diagonal<'a> {
 
 impl Kernel for Diagonal<'_> {
     #[inline(always)]
-    fn run<const FUSED: bool>(self) {
+    fn run<const REGISTERS: u8>(self) {
         let Self { body, lame, e0, out } = self;
         let [d0, d1, d2] = &body.directions;
         let size = body.points().max(body.local());
@@ -387,20 +390,20 @@ impl Kernel for Diagonal<'_> {
                     space.nodal.fill(Lanes::ZERO);
                     for r in 0..3 {
                         for (value, a) in field.iter_mut().zip(factors.chunks_exact(body.width())) {
-                            *value = coefficient::<FUSED>(a, lame, c, r);
+                            *value = coefficient::<REGISTERS>(a, lame, c, r);
                         }
                         let around = Around { before: 1, after: d1.points * d2.points };
-                        contract::<FUSED, false>(&squares(d0, e0, r == 0), d0.order, around, field, quarter);
+                        contract::<REGISTERS, false>(&squares(d0, e0, r == 0), d0.order, around, field, quarter);
                         let around = Around { before: d0.order, after: d2.points };
-                        contract::<FUSED, false>(&squares(d1, e1, r == 1), d1.order, around, quarter, half);
+                        contract::<REGISTERS, false>(&squares(d1, e1, r == 1), d1.order, around, quarter, half);
                         let last: Vec<Lanes> = (0..d2.order)
                             .flat_map(|j| {
                                 let table = if r == 2 { &batch.slopes } else { &batch.values };
-                                table.iter().skip(j).step_by(d2.order).map(|t| t.times(*t))
+                                table.iter().skip(j).step_by(d2.order).map(|t| t.times::<REGISTERS>(*t))
                             })
                             .collect();
-                        contract_last::<FUSED>(&last, d2.order, d0.order * d1.order, half, sums);
-                        space.nodal.iter_mut().zip(sums.iter()).for_each(|(sum, part)| *sum = sum.add(*part));
+                        contract_last::<REGISTERS>(&last, d2.order, d0.order * d1.order, half, sums);
+                        space.nodal.iter_mut().zip(sums.iter()).for_each(|(sum, part)| *sum = sum.add::<REGISTERS>(*part));
                     }
                     let plane = d0.order * body.plane();
                     space.scatter(body, &mut out[c * plane..][..plane], d0.first[e0], e0, e1, batch);
