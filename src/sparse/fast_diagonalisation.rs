@@ -115,19 +115,22 @@ impl FastDiagonalisation {
         work.0.resize(values.len(), 0.0);
         values.par_chunks_mut(plane).for_each_init(Vec::new, |space, slab| self.in_plane(slab, true, space));
         let from: &[f64] = values;
-        work.0.par_chunks_mut(n0 * COLUMNS).enumerate().for_each_init(Vec::new, |space: &mut Vec<f64>, (chunk, out)| {
-            let (start, width) = (chunk * COLUMNS, out.len() / n0);
-            let u = MatRef::from_row_major_slice(&self.vectors[0], n0, n0);
-            let columns = MatRef::from_row_major_slice(from, n0, plane).subcols(start, width);
-            space.resize(out.len(), 0.0);
-            let mut modes = MatMut::from_row_major_slice_mut(space, n0, width);
-            matmul(modes.as_mut(), Accum::Replace, u.transpose(), columns, 1.0, Par::Seq);
-            for (row, inverse) in space.chunks_exact_mut(width).zip(self.inverse.chunks_exact(plane)) {
-                row.iter_mut().zip(&inverse[start..]).for_each(|(value, inverse)| *value *= inverse);
-            }
-            let modes = MatRef::from_row_major_slice(space, n0, width);
-            matmul(MatMut::from_row_major_slice_mut(out, n0, width), Accum::Replace, u, modes, 1.0, Par::Seq);
-        });
+        work.0.par_chunks_mut(n0 * COLUMNS).enumerate().for_each_init(
+            Vec::new,
+            |space: &mut Vec<f64>, (chunk, out)| {
+                let (start, width) = (chunk * COLUMNS, out.len() / n0);
+                let u = MatRef::from_row_major_slice(&self.vectors[0], n0, n0);
+                let columns = MatRef::from_row_major_slice(from, n0, plane).subcols(start, width);
+                space.resize(out.len(), 0.0);
+                let mut modes = MatMut::from_row_major_slice_mut(space, n0, width);
+                matmul(modes.as_mut(), Accum::Replace, u.transpose(), columns, 1.0, Par::Seq);
+                for (row, inverse) in space.chunks_exact_mut(width).zip(self.inverse.chunks_exact(plane)) {
+                    row.iter_mut().zip(&inverse[start..]).for_each(|(value, inverse)| *value *= inverse);
+                }
+                let modes = MatRef::from_row_major_slice(space, n0, width);
+                matmul(MatMut::from_row_major_slice_mut(out, n0, width), Accum::Replace, u, modes, 1.0, Par::Seq);
+            },
+        );
         let chunked: &[f64] = &work.0;
         values.par_chunks_mut(plane).enumerate().for_each_init(Vec::new, |space, (i, slab)| {
             for (chunk, part) in chunked.chunks(n0 * COLUMNS).zip(slab.chunks_mut(COLUMNS)) {
@@ -170,7 +173,9 @@ mod tests {
                 }
                 continue;
             };
-            for (a, b, k, m) in [(i, i, 1.0, 2.0), (i + 1, i + 1, 1.0, 2.0), (i, i + 1, -1.0, 1.0), (i + 1, i, -1.0, 1.0)] {
+            for (a, b, k, m) in
+                [(i, i, 1.0, 2.0), (i + 1, i + 1, 1.0, 2.0), (i, i + 1, -1.0, 1.0), (i + 1, i, -1.0, 1.0)]
+            {
                 stiffness[a * n + b] += k / h;
                 mass[a * n + b] += m * h / 6.0;
             }

@@ -79,9 +79,8 @@ impl Body {
             2 => [direction(0), Direction::absent(), direction(1)],
             _ => [direction(0), direction(1), direction(2)],
         };
-        let transpose = |d: &Direction| {
-            (0..d.elements()).flat_map(|e| transposed(d.values_of(e), d.order)).collect::<Vec<_>>()
-        };
+        let transpose =
+            |d: &Direction| (0..d.elements()).flat_map(|e| transposed(d.values_of(e), d.order)).collect::<Vec<_>>();
         let weights = patch.weights().to_vec();
         let mut body = Self {
             transposed: [transpose(&directions[0]), transpose(&directions[1])],
@@ -192,13 +191,11 @@ fn batches(direction: &Direction) -> Vec<Batch> {
             let element: [usize; LANES] = std::array::from_fn(|l| (b * LANES + l).min(count - 1));
             let first = element.map(|e| direction.first[e]);
             let elements = LANES.min(count - b * LANES);
-            let table = |of: &[f64]| -> Vec<Lanes> {
-                (0..size).map(|i| Lanes(element.map(|e| of[e * size + i]))).collect()
-            };
+            let table =
+                |of: &[f64]| -> Vec<Lanes> { (0..size).map(|i| Lanes(element.map(|e| of[e * size + i]))).collect() };
             let values = table(&direction.values);
-            let transposed = (0..direction.order)
-                .flat_map(|j| values.iter().skip(j).step_by(direction.order).copied())
-                .collect();
+            let transposed =
+                (0..direction.order).flat_map(|j| values.iter().skip(j).step_by(direction.order).copied()).collect();
             let consecutive = elements == LANES && (0..LANES).all(|l| first[l] == first[0] + l);
             Batch { first, consecutive, elements, values, slopes: table(&direction.slopes), transposed }
         })
@@ -335,9 +332,7 @@ impl Kernel for Mapping<'_> {
                     let out = &mut self.layer[at + q * width..][..width];
                     for l in 0..batch.elements {
                         let x: [f64; 4] = std::array::from_fn(|f| values[f * size + q].0[l]);
-                        let dx = std::array::from_fn(|f| {
-                            std::array::from_fn(|r| slopes[(3 * f + r) * size + q].0[l])
-                        });
+                        let dx = std::array::from_fn(|f| std::array::from_fn(|r| slopes[(3 * f + r) * size + q].0[l]));
                         let point = Point::new(body.dimension, x, dx);
                         let s = point.determinant * self.scale * body.weight(q);
                         if s.is_nan() || s <= 0.0 {
@@ -366,9 +361,8 @@ struct Point {
 impl Point {
     /// From (W, W x) and their derivatives.
     fn new(dimension: usize, x: [f64; 4], dx: [[f64; 3]; 4]) -> Self {
-        let mut j: [[f64; 3]; 3] = std::array::from_fn(|i| {
-            std::array::from_fn(|r| (dx[i + 1][r] - x[i + 1] / x[0] * dx[0][r]) / x[0])
-        });
+        let mut j: [[f64; 3]; 3] =
+            std::array::from_fn(|i| std::array::from_fn(|r| (dx[i + 1][r] - x[i + 1] / x[0] * dx[0][r]) / x[0]));
         if dimension == 2 {
             j[2] = [0.0, -1.0, 0.0];
         }

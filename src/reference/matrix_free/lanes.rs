@@ -74,6 +74,7 @@ impl Lanes {
 
 /// The three operations as instructions; the compiler does not find them by itself in loops over eight lanes.
 #[cfg(target_arch = "x86_64")]
+#[expect(clippy::missing_transmute_annotations, reason = "every transmutation is between Lanes and its registers")]
 mod registers {
     use std::arch::x86_64::*;
     use std::mem::transmute;

@@ -307,9 +307,8 @@ fn sample_layer(body: &Body, lame: Lame, e0: usize, sums: &mut [Vec<(f64, f64)>]
     let points = [d0.points, d1.points, d2.points];
     let index = |q: usize| [q / (points[1] * points[2]), q / points[2] % points[1], q % points[2]];
     let present: Vec<usize> = (0..3).filter(|&r| body.directions[r].functions > 1).collect();
-    let sampled: Vec<usize> = (0..body.points())
-        .filter(|&q| (0..3).filter(|&a| index(q)[a] != points[a] / 2).count() <= 1)
-        .collect();
+    let sampled: Vec<usize> =
+        (0..body.points()).filter(|&q| (0..3).filter(|&a| index(q)[a] != points[a] / 2).count() <= 1).collect();
     for e1 in 0..d1.elements() {
         for (b, batch) in body.batches.iter().enumerate() {
             let factors = body.factors_of(e0, e1, b);
@@ -403,7 +402,11 @@ impl Kernel for Diagonal<'_> {
                             })
                             .collect();
                         contract_last::<REGISTERS>(&last, d2.order, d0.order * d1.order, half, sums);
-                        space.nodal.iter_mut().zip(sums.iter()).for_each(|(sum, part)| *sum = sum.add::<REGISTERS>(*part));
+                        space
+                            .nodal
+                            .iter_mut()
+                            .zip(sums.iter())
+                            .for_each(|(sum, part)| *sum = sum.add::<REGISTERS>(*part));
                     }
                     let plane = d0.order * body.plane();
                     space.scatter(body, &mut out[c * plane..][..plane], d0.first[e0], e0, e1, batch);
