@@ -22,6 +22,7 @@ use nalgebra_sparse::CsrMatrix;
 
 use crate::error::{Error, Result};
 use crate::sparse::backward_error::{self, Lower};
+use crate::sparse::multifrontal;
 use crate::sparse::pattern::Pattern;
 
 /// A backward error above this is refined once.
@@ -40,6 +41,7 @@ pub struct Symbolic {
     lower: SymbolicSparseColMat<u32>,
     source: Vec<usize>,
     supernodes: supernodal::SymbolicSupernodalCholesky<u32>,
+    plan: multifrontal::Plan,
     factor_flops: f64,
 }
 
@@ -76,7 +78,8 @@ impl Symbolic {
                 })?;
         let factor_flops = counts.iter().map(|&c| f64::from(c) * f64::from(c)).sum();
         let lower = SymbolicSparseColMat::new_checked(n, n, starts, None, rows);
-        Ok(Arc::new(Self { order, lower, source, supernodes, factor_flops }))
+        let plan = multifrontal::Plan::new(&supernodes);
+        Ok(Arc::new(Self { order, lower, source, supernodes, plan, factor_flops }))
     }
 
     /// Number of unknowns.
@@ -116,7 +119,7 @@ impl Symbolic {
 
     /// Bytes of one [`Factor`] on this pattern.
     pub fn factor_bytes(&self) -> usize {
-        8 * (self.factor_entries() + self.lower_rows().len() + (3 + COLUMNS_AT_ONCE) * self.len())
+        8 * (self.factor_entries() + self.plan.update_entries() + self.lower_rows().len() + (3 + COLUMNS_AT_ONCE) * self.len())
             + scratch(self).unaligned_bytes_required()
     }
 }
@@ -193,6 +196,7 @@ pub struct Factor {
     residual: Vec<f64>,
     scale: Vec<f64>,
     buffer: MemBuffer,
+    work: multifrontal::Workspace,
 }
 
 impl Factor {
@@ -207,6 +211,7 @@ impl Factor {
             residual: vec![0.0; n],
             scale: vec![0.0; n],
             buffer: MemBuffer::new(scratch(&symbolic)),
+            work: multifrontal::Workspace::new(&symbolic.plan, &symbolic.supernodes),
             symbolic,
         }
     }
@@ -240,6 +245,9 @@ impl Factor {
     pub fn refactor(&mut self) -> Result<()> {
         let s = &*self.symbolic;
         let n = s.len();
+        if std::env::var("MF").is_ok() {
+            return multifrontal::factorise(&s.plan, &s.supernodes, SparseColMatRef::new(s.lower.as_ref(), &self.lower), &mut self.factor, &mut self.work, MemStack::new(&mut self.buffer)).map_err(|index| Error::NotPositiveDefinite { dof: s.order[index] as usize });
+        }
         let outcome = supernodal::factorize_supernodal_numeric_llt(
             &mut self.factor,
             SparseColMatRef::new(s.lower.as_ref(), &self.lower),

@@ -11,5 +11,6 @@
 pub mod assemble;
 pub mod backward_error;
 pub mod cholesky;
+mod multifrontal;
 pub mod ordering;
 pub mod pattern;
