@@ -12,7 +12,7 @@ use std::sync::Arc;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use springfit::calibration::objective::Objective;
 use springfit::calibration::objectives::displacement::{Displacement, Target, weights};
-use springfit::dense;
+use springfit::dense::LeastSquares;
 use springfit::reference::{Reference, stiffness};
 use springfit::scene::{self, Scene, Source};
 use springfit::sparse::cholesky::{Factor, Symbolic};
@@ -134,9 +134,9 @@ fn fits(criterion: &mut Criterion, n: usize, cube: &Cube) {
         b.iter(|| {
             objective.error(black_box(&phi)).expect("positive definite");
             objective.linearise(&mut residual, &mut jacobian).expect("solvable");
-            let gram = dense::gram(&jacobian, residual.len(), phi.len());
-            let gradient = dense::transposed_product(&jacobian, &residual);
-            dense::minimise_in_box(&gram, &gradient, &vec![-1e9; phi.len()], &vec![1e9; phi.len()])
+            let model = LeastSquares::new(&jacobian, residual.len(), phi.len());
+            let (weights, gradient) = (model.column_squares(), model.transposed(&residual));
+            model.minimise_in_box(&weights, &gradient, &vec![-1e9; phi.len()], &vec![1e9; phi.len()])
         });
     });
     group.finish();

@@ -190,6 +190,8 @@ const WRONG_INPUT: &[Expectation] = &[
     ("shape_and_file", 4, ["geometry.file: both shape and file are given", "keep one of the two"]),
     ("single_load_table", 9, ["load: [load] cannot be used here", "expected [[load]], one table a load case"]),
     ("size_zero", 4, ["geometry.size[1]: 0 is not positive", "give a number above 0"]),
+    ("solver_path", 12, ["solver.path: unknown name \"fast\"", "known names are auto, direct, single, stale"]),
+    ("solver_tolerance", 12, ["solver.tolerance: 1e-3 is out of range", "give a number from 1e-14 to 1e-6"]),
     ("starts_zero", 12, ["calibration.starts: 0 is out of range", "give a whole number from 1 to 1000"]),
     (
         "step_negative",

@@ -84,7 +84,7 @@ fn relative_error(found: &Outcome, truth: [f64; 2]) -> f64 {
 #[test]
 fn r1_gauss_newton_recovers_500_400_from_1000_1000() {
     let truth = [500.0, 400.0];
-    let settings = Settings { starts: 1, ..Settings::default() };
+    let settings = Settings { starts: Some(1), ..Settings::default() };
     for membrane in [
         membrane(9, |[i, ..]| i == 0),
         membrane(5, |[i, ..]| i == 0),

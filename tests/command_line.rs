@@ -58,8 +58,18 @@ fn the_schema_knows_every_table_of_a_scene() {
     assert_eq!(status, 0);
     let schema: Value = serde_json::from_str(&text).unwrap();
     let keys = schema["properties"].as_object().unwrap().keys().map(String::as_str).collect::<Vec<_>>();
-    let expected =
-        ["calibration", "dynamics", "geometry", "load", "material", "name", "reference", "springs", "support"];
+    let expected = [
+        "calibration",
+        "dynamics",
+        "geometry",
+        "load",
+        "material",
+        "name",
+        "reference",
+        "solver",
+        "springs",
+        "support",
+    ];
     assert_eq!(keys, expected);
 }
 

@@ -1,4 +1,4 @@
-//! Every scene in data/scenes runs: it is checked, its result is a JSON object, and its files are written.
+//! Every scene in data/scenes is checked, and what is read is a scene or a message (their runs: tests/results.rs).
 
 use std::path::{Path, PathBuf};
 
@@ -34,23 +34,6 @@ fn every_scene_checks() {
         let plan: Value = serde_json::from_str(&stdout(&["check", "--json"], &scene)).unwrap();
         assert!(plan["sizes"]["springs"].as_u64().unwrap() > 0, "{plan}");
         assert!(!stdout(&["check"], &scene).is_empty());
-    }
-}
-
-#[test]
-fn every_scene_runs_and_writes_its_files() {
-    for scene in scenes() {
-        let out = tempfile::tempdir().unwrap();
-        let folder = out.path().join("results");
-        let printed = stdout(&["run", "--json", "--out", folder.to_str().unwrap()], &scene);
-        let result: Value = serde_json::from_str(&printed).unwrap();
-        assert_eq!(result["schema"], "springfit-result/1");
-        let e_rms = result["calibration"]["e_rms"].as_f64().unwrap();
-        assert!(e_rms > 0.0 && e_rms < 20.0, "{}: e_rms {e_rms}", scene.display());
-        assert_eq!(std::fs::read_to_string(folder.join("result.json")).unwrap().trim_end(), printed.trim_end());
-        for file in ["springs.json", "springs.vtu", "body.vtu"] {
-            assert!(folder.join(file).is_file(), "{}: no {file}", scene.display());
-        }
     }
 }
 

@@ -9,24 +9,45 @@ use std::ops::AddAssign;
 
 use crate::clock::Progress;
 use crate::error::Result;
+use crate::springs::solver::Work;
 
 /// How often the expensive things were done.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Errors asked for.
     pub evaluations: u64,
-    /// Factorisations of K(phi).
+    /// Factorisations of K(phi), in either precision.
     pub refactorisations: u64,
+    /// Factorisations in single precision among them.
+    pub single_refactorisations: u64,
+    /// Right-hand sides solved with the factor of an earlier phi.
+    pub stale_solves: u64,
+    /// Iterations of conjugate gradients.
+    pub cg_iterations: u64,
+    /// Times single precision failed and double precision took over.
+    pub fallbacks: u64,
     /// Right-hand sides solved for.
     pub solves: u64,
     /// Proposals whose K(phi) was not positive definite.
     pub rejected: u64,
 }
 
+impl Counts {
+    /// These counts with the work of a solver as theirs.
+    pub fn with(self, work: Work) -> Self {
+        let Work { refactorisations, single_refactorisations, stale_solves, iterations, fallbacks } = work;
+        Self { refactorisations, single_refactorisations, stale_solves, cg_iterations: iterations, fallbacks, ..self }
+    }
+}
+
 impl AddAssign for Counts {
     fn add_assign(&mut self, other: Self) {
         self.evaluations += other.evaluations;
         self.refactorisations += other.refactorisations;
+        self.single_refactorisations += other.single_refactorisations;
+        self.stale_solves += other.stale_solves;
+        self.cg_iterations += other.cg_iterations;
+        self.fallbacks += other.fallbacks;
         self.solves += other.solves;
         self.rejected += other.rejected;
     }

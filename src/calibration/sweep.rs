@@ -16,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::sparse::cholesky::Symbolic;
 use crate::springs::affine::AffineStiffness;
 use crate::springs::grouping::Grouping;
+use crate::springs::solver;
 
 /// The values start, start - step, ... above 0, descending.
 ///
@@ -66,14 +67,18 @@ pub struct Shared<'a> {
     pub reference: &'a [f64],
     /// Weights of the cases, see [`crate::calibration::objectives::displacement::weights`].
     pub weights: &'a [f64],
+    /// How K(phi) u = f is solved while the optimiser searches.
+    pub solver: &'a solver::Settings,
 }
 
 /// The answer to one distinct problem.
 pub struct Solved {
     /// What the optimiser found.
     pub outcome: Outcome,
-    /// Displacements of the fitted cases there (cases x n), m, from a fresh factorisation.
+    /// Displacements of the fitted cases there (cases x n), m, from a fresh factorisation in double precision.
     pub displacement: Vec<f64>,
+    /// |e - e'| / e' of the optimiser's error e and the error e' of these displacements.
+    pub error_difference: f64,
     /// Seconds of the fit.
     pub seconds: f64,
 }
@@ -100,12 +105,14 @@ pub fn solve(
             reference: shared.reference,
             weights: shared.weights,
         };
-        let make = || -> Box<dyn Objective + '_> { Box::new(Displacement::new(target)) };
+        let make = || -> Box<dyn Objective + '_> { Box::new(Displacement::with_solver(target, shared.solver)) };
         let given = Problem { make: &make, upper: &problem.upper, seed, index: problem.index, progress };
         let outcome = (optimiser.run)(&given, settings)?;
         let mut exact = Displacement::new(target);
-        exact.error(&outcome.phi)?;
-        Ok(Solved { outcome, displacement: exact.displacement().to_vec(), seconds: watch.seconds() })
+        let error = exact.error(&outcome.phi)?;
+        let error_difference = if error > 0.0 { (outcome.error - error).abs() / error } else { outcome.error };
+        let displacement = exact.displacement().to_vec();
+        Ok(Solved { outcome, displacement, error_difference, seconds: watch.seconds() })
     };
     problems.par_iter().map(solve_one).collect()
 }

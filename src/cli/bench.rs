@@ -12,7 +12,8 @@ use springfit::export::write;
 use springfit::report::bench::chart::{self, Labels, Series};
 use springfit::report::bench::cube::{Cube, SIZES};
 use springfit::report::bench::machine::Machine;
-use springfit::report::bench::solve::{METHODS, Method, Rounds};
+use springfit::report::bench::methods::{self, METHODS, Method};
+use springfit::report::bench::solve::Rounds;
 use springfit::report::bench::{calibrate, matrix_market, solve, tables};
 use springfit::scene;
 
@@ -83,7 +84,7 @@ fn run_solve(arguments: &SolveArguments) -> Plain<()> {
     check_sizes(&arguments.sizes)?;
     let methods: Vec<&Method> = match arguments.methods.is_empty() {
         true => METHODS.iter().collect(),
-        false => arguments.methods.iter().map(|name| solve::find(name)).collect::<Plain<_>>()?,
+        false => arguments.methods.iter().map(|name| methods::find(name)).collect::<Plain<_>>()?,
     };
     let (progress, watcher) = watched(arguments.output.threads)?;
     progress.enter("dense product", 0);
@@ -97,7 +98,7 @@ fn run_solve(arguments: &SolveArguments) -> Plain<()> {
         }
         let rounds = Rounds { repeat: arguments.repeat as usize, progress: &progress };
         for method in &methods {
-            rows.push(solve::measure(method, &cube, rounds, &machine)?);
+            rows.extend(solve::measure(method, &cube, rounds, &machine)?);
         }
     }
     drop(watcher);

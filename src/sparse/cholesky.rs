@@ -5,8 +5,9 @@
 //! the permuted lower triangle, of L, and all workspace, so that nothing is allocated after its making. Whoever
 //! assembles writes straight into [`Factor::values_mut`]; no copy stands between assembly and factorisation.
 //!
-//! The factorisation is faer's supernodal one, run sequentially: its bits would depend on its parallel degree, and
-//! workers side by side (chains, starts, gammas, load cases) use the cores better. This is the only file that names it.
+//! The factorisation ([`super::multifrontal`]) runs sequentially: its bits would depend on its parallel degree, and
+//! workers side by side (chains, starts, gammas, load cases) use the cores better. Only this file and [`super::single`], the
+//! same in f32, name it.
 //!
 //! Every solve is checked: the componentwise backward error of its result is measured, one step of iterative refinement
 //! follows where it is above [`REFINE_ABOVE`], and a result above [`ACCEPTED`] is an error, never a number.
@@ -14,7 +15,6 @@
 use std::sync::Arc;
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::linalg::cholesky::llt::factor::LltError;
 use faer::sparse::linalg::cholesky::{simplicial, supernodal};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
@@ -107,6 +107,21 @@ impl Symbolic {
         self.lower.row_idx()
     }
 
+    /// The pattern of the permuted lower triangle, as the factorisations of this room take it.
+    pub(super) fn lower(&self) -> SymbolicSparseColMatRef<'_, u32> {
+        self.lower.as_ref()
+    }
+
+    /// The fronts of a factorisation.
+    pub(super) fn plan(&self) -> &multifrontal::Plan {
+        &self.plan
+    }
+
+    /// The supernodes of L, as the factorisations of this room take them.
+    pub(super) fn supernodes(&self) -> &supernodal::SymbolicSupernodalCholesky<u32> {
+        &self.supernodes
+    }
+
     /// Stored numbers of L, explicit zeros of the supernodes included.
     pub fn factor_entries(&self) -> usize {
         self.supernodes.len_val()
@@ -119,7 +134,10 @@ impl Symbolic {
 
     /// Bytes of one [`Factor`] on this pattern.
     pub fn factor_bytes(&self) -> usize {
-        8 * (self.factor_entries() + self.plan.update_entries() + self.lower_rows().len() + (3 + COLUMNS_AT_ONCE) * self.len())
+        8 * (self.factor_entries()
+            + self.plan.update_entries()
+            + self.lower_rows().len()
+            + (3 + COLUMNS_AT_ONCE) * self.len())
             + scratch(self).unaligned_bytes_required()
     }
 }
@@ -127,11 +145,7 @@ impl Symbolic {
 /// Workspace of a factorisation and of a solve with [`COLUMNS_AT_ONCE`] columns.
 fn scratch(symbolic: &Symbolic) -> StackReq {
     StackReq::any_of(&[
-        supernodal::factorize_supernodal_numeric_llt_scratch::<u32, f64>(
-            &symbolic.supernodes,
-            Par::Seq,
-            Default::default(),
-        ),
+        symbolic.plan.scratch::<f64>(),
         symbolic.supernodes.solve_in_place_scratch::<f64>(COLUMNS_AT_ONCE, Par::Seq),
     ])
 }
@@ -196,7 +210,7 @@ pub struct Factor {
     residual: Vec<f64>,
     scale: Vec<f64>,
     buffer: MemBuffer,
-    work: multifrontal::Workspace,
+    work: multifrontal::Workspace<f64>,
 }
 
 impl Factor {
@@ -244,25 +258,10 @@ impl Factor {
     /// [`Error::NotPositiveDefinite`] with the unknown whose pivot is not positive.
     pub fn refactor(&mut self) -> Result<()> {
         let s = &*self.symbolic;
-        let n = s.len();
-        if std::env::var("MF").is_ok() {
-            return multifrontal::factorise(&s.plan, &s.supernodes, SparseColMatRef::new(s.lower.as_ref(), &self.lower), &mut self.factor, &mut self.work, MemStack::new(&mut self.buffer)).map_err(|index| Error::NotPositiveDefinite { dof: s.order[index] as usize });
-        }
-        let outcome = supernodal::factorize_supernodal_numeric_llt(
-            &mut self.factor,
-            SparseColMatRef::new(s.lower.as_ref(), &self.lower),
-            Default::default(),
-            &s.supernodes,
-            Par::Seq,
-            MemStack::new(&mut self.buffer),
-            Default::default(),
-        );
-        match outcome {
-            Ok(_) => Ok(()),
-            Err(LltError::NonPositivePivot { index }) => {
-                Err(Error::NotPositiveDefinite { dof: s.order[index.min(n - 1)] as usize })
-            }
-        }
+        let lower = SparseColMatRef::new(s.lower.as_ref(), &self.lower);
+        let stack = MemStack::new(&mut self.buffer);
+        multifrontal::factorise(&s.plan, &s.supernodes, lower, &mut self.factor, &mut self.work, stack)
+            .map_err(|column| Error::NotPositiveDefinite { dof: s.order[column] as usize })
     }
 
     /// The unknown with the smallest pivot relative to its diagonal entry, and that ratio L_jj^2 / A_jj in (0, 1]. The
@@ -310,6 +309,17 @@ impl Factor {
             }
         }
         Ok(worst)
+    }
+
+    /// z = (L L^T)^-1 r for whole columns in elimination order with the last factor, without a check: a preconditioner.
+    ///
+    /// # Panics
+    /// When `r` is not a whole number of columns, or `z` has another length.
+    pub fn precondition(&mut self, r: &[f64], z: &mut [f64]) {
+        z.copy_from_slice(r);
+        for columns in z.chunks_mut(self.symbolic.len() * COLUMNS_AT_ONCE) {
+            sweep(&self.symbolic, &self.factor, columns, &mut self.buffer);
+        }
     }
 
     /// Checks one column, refines it once if needed, and writes it in the order of the unknowns.

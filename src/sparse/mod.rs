@@ -6,11 +6,19 @@
 //! | [`assemble`] | element matrices into that pattern, in parallel, with the same bits for any number of threads |
 //! | [`ordering`] | elimination orders: nested dissection of a grid, minimum degree otherwise |
 //! | [`cholesky`] | analysed once ([`cholesky::Symbolic`], shared), factored and solved often ([`cholesky::Factor`], one a worker) |
+//! | [`single`] | a factor in single precision, as a preconditioner |
+//! | [`product`] | the product with the triangle that the factor reads |
+//! | [`cg`] | preconditioned conjugate gradients, for a matrix that is only applied |
+//! | `multifrontal` | the numbers of a factor, front by front |
 //! | [`backward_error`] | how well a solution satisfies its equations |
 
 pub mod assemble;
 pub mod backward_error;
+pub mod cg;
 pub mod cholesky;
 mod multifrontal;
+pub mod multigrid;
 pub mod ordering;
 pub mod pattern;
+pub mod product;
+pub mod single;

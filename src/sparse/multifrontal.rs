@@ -16,14 +16,23 @@
 //! F22 is never stored apart: U = -L21 L21^T is written first, then the children are added to it. Only lower triangles are
 //! touched. Where every update lies in the workspace is decided once ([`Plan`]), and the order of every sum is fixed.
 
+use std::ops::{AddAssign, Range};
+
 use faer::dyn_stack::{MemStack, StackReq};
-use faer::linalg::cholesky::llt::factor::{LltError, LltParams, cholesky_in_place, cholesky_in_place_scratch};
+use faer::linalg::cholesky::llt::factor::{LltError, cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::prelude::{Reborrow, ReborrowMut};
 use faer::sparse::SparseColMatRef;
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
-use faer::prelude::{Reborrow, ReborrowMut};
+use faer::traits::{RealField, pulp};
 use faer::{Accum, MatMut, MatRef, Par, Spec};
+
+/// f64 or f32.
+pub trait Number: RealField + Copy + Default + AddAssign {}
+
+impl Number for f64 {}
+impl Number for f32 {}
 
 /// The supernodes of a pattern.
 type Supernodes = SymbolicSupernodalCholesky<u32>;
@@ -40,12 +49,14 @@ pub struct Plan {
     widest: usize,
 }
 
-/// Workspace of one factorisation.
-pub struct Workspace {
-    updates: Vec<f64>,
+/// Workspace of one factorisation, in f64 or f32.
+pub struct Workspace<T> {
+    updates: Vec<T>,
     /// Place of each unknown in the front at work; only rows of that front are valid.
     places: Vec<u32>,
     runs: Vec<Run>,
+    /// The widest registers of this machine; sums of entries are the same in all.
+    simd: pulp::Arch,
 }
 
 /// Neighbouring rows of a child that are neighbours in the front too.
@@ -90,8 +101,8 @@ impl Plan {
     }
 
     /// Workspace of the dense kernels.
-    pub fn scratch(&self) -> StackReq {
-        cholesky_in_place_scratch::<f64>(self.widest, Par::Seq, parameters())
+    pub fn scratch<T: Number>(&self) -> StackReq {
+        cholesky_in_place_scratch::<T>(self.widest, Par::Seq, Spec::default())
     }
 
     fn children(&self, s: usize) -> &[u32] {
@@ -99,12 +110,13 @@ impl Plan {
     }
 }
 
-impl Workspace {
+impl<T: Number> Workspace<T> {
     /// Allocates what factorisations with this plan need.
     pub fn new(plan: &Plan, supernodes: &Supernodes) -> Self {
         let longest = (0..supernodes.n_supernodes()).map(|s| supernodes.supernode(s).pattern().len()).max();
         Self {
-            updates: vec![0.0; plan.length],
+            updates: vec![T::default(); plan.length],
+            simd: pulp::Arch::new(),
             places: vec![0; supernodes.nrows()],
             runs: Vec::with_capacity(longest.unwrap_or(0)),
         }
@@ -176,20 +188,16 @@ fn parents(supernodes: &Supernodes) -> Vec<Option<usize>> {
     (0..supernodes.n_supernodes()).map(|s| supernodes.supernode(s).pattern().first().map(|&row| holder(row))).collect()
 }
 
-fn parameters() -> Spec<LltParams, f64> {
-    Spec::default()
-}
-
 /// Factors the permuted lower triangle `lower` into `factor` (the layout of the supernodes).
 ///
 /// # Errors
 /// The column whose pivot is not positive.
-pub fn factorise(
+pub fn factorise<T: Number>(
     plan: &Plan,
     supernodes: &Supernodes,
-    lower: SparseColMatRef<u32, f64>,
-    factor: &mut [f64],
-    work: &mut Workspace,
+    lower: SparseColMatRef<u32, T>,
+    factor: &mut [T],
+    work: &mut Workspace<T>,
     stack: &mut MemStack,
 ) -> Result<(), usize> {
     let values = supernodes.col_ptr_for_val();
@@ -201,10 +209,10 @@ pub fn factorise(
             work.places[row as usize] = place as u32;
         }
         let columns = &mut factor[values[s] as usize..values[s + 1] as usize];
-        columns.fill(0.0);
+        columns.fill(T::default());
         for (column, j) in columns.chunks_exact_mut(height).zip(first..) {
             for (&row, value) in lower.row_idx_of_col_raw(j).iter().zip(lower.val_of_col(j)) {
-                column[work.places[row as usize] as usize] += value;
+                column[work.places[row as usize] as usize] += *value;
             }
         }
         for &child in plan.children(s) {
@@ -212,10 +220,8 @@ pub fn factorise(
             find_runs(child_rows, &work.places, &mut work.runs);
             let inside = child_rows.partition_point(|&row| (row as usize) < first + w);
             let update = &work.updates[plan.offsets[child as usize]..][..child_rows.len().pow(2)];
-            for j in 0..inside {
-                let place = work.places[child_rows[j] as usize] as usize;
-                add_column(&work.runs, j, &update[j * child_rows.len()..], &mut columns[place * height..], 0);
-            }
+            let places = |j: usize| work.places[child_rows[j] as usize] as usize * height;
+            work.simd.dispatch(|| add_columns(&work.runs, 0..inside, update, child_rows.len(), columns, places, 0));
         }
         eliminate(columns, height, w, stack).map_err(|index| first + index)?;
         take_update(plan, supernodes, s, columns, work);
@@ -224,9 +230,9 @@ pub fn factorise(
 }
 
 /// L11 and L21 of a front.
-fn eliminate(columns: &mut [f64], height: usize, w: usize, stack: &mut MemStack) -> Result<(), usize> {
+fn eliminate<T: Number>(columns: &mut [T], height: usize, w: usize, stack: &mut MemStack) -> Result<(), usize> {
     let (mut top, bottom) = MatMut::from_column_major_slice_mut(columns, height, w).split_at_row_mut(w);
-    match cholesky_in_place(top.rb_mut(), Default::default(), Par::Seq, stack, parameters()) {
+    match cholesky_in_place(top.rb_mut(), Default::default(), Par::Seq, stack, Spec::default()) {
         Err(LltError::NonPositivePivot { index }) => return Err(index),
         Ok(_) => solve_lower_triangular_in_place(top.rb(), bottom.transpose_mut(), Par::Seq),
     }
@@ -234,7 +240,7 @@ fn eliminate(columns: &mut [f64], height: usize, w: usize, stack: &mut MemStack)
 }
 
 /// U of a front, and the rest of its children in it.
-fn take_update(plan: &Plan, supernodes: &Supernodes, s: usize, columns: &[f64], work: &mut Workspace) {
+fn take_update<T: Number>(plan: &Plan, supernodes: &Supernodes, s: usize, columns: &[T], work: &mut Workspace<T>) {
     let (w, r) = (width(supernodes, s), supernodes.supernode(s).pattern().len());
     if r == 0 {
         return;
@@ -249,7 +255,7 @@ fn take_update(plan: &Plan, supernodes: &Supernodes, s: usize, columns: &[f64], 
         BlockStructure::Rectangular,
         bottom.transpose(),
         BlockStructure::Rectangular,
-        -1.0,
+        -T::one_impl(),
         Par::Seq,
     );
     let end = supernodes.supernode_end()[s];
@@ -259,15 +265,13 @@ fn take_update(plan: &Plan, supernodes: &Supernodes, s: usize, columns: &[f64], 
         find_runs(rows, &work.places, &mut work.runs);
         let from = plan.offsets[child as usize];
         let (child_update, update) = two(&mut work.updates, from, rows.len().pow(2), at, r * r);
-        for j in inside..rows.len() {
-            let place = work.places[rows[j] as usize] as usize - w;
-            add_column(&work.runs, j, &child_update[j * rows.len()..], &mut update[place * r..], w);
-        }
+        let places = |j: usize| (work.places[rows[j] as usize] as usize - w) * r;
+        work.simd.dispatch(|| add_columns(&work.runs, inside..rows.len(), child_update, rows.len(), update, places, w));
     }
 }
 
 /// Two stretches that do not overlap: the first to read, the second to write.
-fn two(all: &mut [f64], from: usize, from_len: usize, to: usize, to_len: usize) -> (&[f64], &mut [f64]) {
+fn two<T>(all: &mut [T], from: usize, from_len: usize, to: usize, to_len: usize) -> (&[T], &mut [T]) {
     if from < to {
         let (head, tail) = all.split_at_mut(to);
         (&head[from..from + from_len], &mut tail[..to_len])
@@ -289,14 +293,48 @@ fn find_runs(rows: &[u32], places: &[u32], runs: &mut Vec<Run>) {
     }
 }
 
-/// Adds column j of a child (rows j and below) to a column of the front whose first row is at place `shift`.
-fn add_column(runs: &[Run], j: usize, child: &[f64], column: &mut [f64], shift: usize) {
-    let first = runs.partition_point(|run| run.from + run.length <= j);
-    for run in &runs[first..] {
-        let skip = j.saturating_sub(run.from);
-        let (from, to, length) = (run.from + skip, run.to + skip - shift, run.length - skip);
-        for (target, value) in column[to..to + length].iter_mut().zip(&child[from..from + length]) {
-            *target += value;
+/// Adds columns of a child's update (column-major, `height` rows, lower triangle) to the columns of a front that begin
+/// at `starts`; the first row there is at place `shift`.
+#[inline(always)]
+fn add_columns<T: Number>(
+    runs: &[Run],
+    columns: Range<usize>,
+    child: &[T],
+    height: usize,
+    front: &mut [T],
+    starts: impl Fn(usize) -> usize,
+    shift: usize,
+) {
+    let mut first = 0;
+    for j in columns {
+        while runs[first].from + runs[first].length <= j {
+            first += 1;
         }
+        let (child, front) = (&child[j * height..(j + 1) * height], &mut front[starts(j)..]);
+        for run in &runs[first..] {
+            let skip = j.saturating_sub(run.from);
+            let (from, to, length) = (run.from + skip, run.to + skip - shift, run.length - skip);
+            for (target, value) in front[to..to + length].iter_mut().zip(&child[from..from + length]) {
+                *target += *value;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stretches_of_the_workspace_never_overlap_and_gaps_are_used_again() {
+        let mut gaps = Gaps::default();
+        let (a, b, c) = (gaps.take(4), gaps.take(6), gaps.take(2));
+        assert_eq!((a, b, c, gaps.end), (0, 4, 10, 12));
+        gaps.give(a, 4);
+        gaps.give(b, 6);
+        assert_eq!((gaps.take(7), gaps.take(3), gaps.end), (0, 7, 12));
+        gaps.give(c, 2);
+        assert_eq!((gaps.take(5), gaps.end), (10, 15));
+        assert_eq!((gaps.take(0), gaps.end), (0, 15));
     }
 }

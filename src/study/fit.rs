@@ -18,11 +18,15 @@ use crate::scene::Scene;
 use crate::sparse::cholesky::Factor;
 use crate::springs::affine::AffineStiffness;
 use crate::springs::grouping::{self, Grouping};
+use crate::springs::solver;
 use crate::springs::{bounds, weighting};
 
 use super::body::Body;
 use super::loads::LoadCase;
 use super::network::Lattice;
+
+/// Bytes that the Jacobians of Gauss-Newton may take.
+const LARGEST_JACOBIAN: f64 = 8e9;
 
 /// What a calibration found.
 pub struct Calibration {
@@ -48,6 +52,22 @@ pub struct Calibration {
     pub global_strain: [f64; 2],
     /// Work of the whole sweep.
     pub counts: Counts,
+    /// How K(phi) u = f was solved during the search, and why.
+    pub solver: solver::Choice,
+}
+
+impl Calibration {
+    /// A word where the bounds, not the optimiser, decide: every group is at its upper bound.
+    pub fn warning(&self) -> Option<String> {
+        let at_bound = |(phi, upper): (&f64, &f64)| *phi >= (1.0 - 1e-9) * upper;
+        self.phi.iter().zip(&self.upper).all(at_bound).then(|| {
+            format!(
+                "every group is at its upper bound (5.8): the network cannot be as stiff as the body (e_rms {:.1} %); \
+                 use cells of more equal sides",
+                self.fitted.e_rms
+            )
+        })
+    }
 }
 
 /// One row of the sweep table.
@@ -60,6 +80,8 @@ pub struct Row {
     pub solved_by: usize,
     /// Errors over the fitted cases, percent.
     pub errors: Errors,
+    /// Relative difference of the optimiser's error and the one that the direct solve confirms.
+    pub error_difference: f64,
     /// Seconds of the fit.
     pub seconds: f64,
     /// What the optimiser found.
@@ -90,11 +112,12 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
     let same = sweep::first_equal(&groupings);
     let distinct: Vec<usize> = (0..groupings.len()).filter(|&i| same[i] == i).collect();
     let problems: Vec<SweepProblem> = distinct.iter().map(|&i| given.problem(&groupings[i], i)).collect();
+    given.check_jacobian(&problems)?;
     let solved = given.solve(&problems, progress)?;
     let answer = |i: usize| distinct.iter().position(|&d| d == same[i]).unwrap_or(0);
     let sweep: Vec<Row> = (0..gammas.len())
         .map(|i| {
-            let Solved { outcome, displacement, seconds } = &solved[answer(i)];
+            let Solved { outcome, displacement, error_difference, seconds } = &solved[answer(i)];
             let errors = errors::over_cases(&given.fitted_errors(displacement));
             let outcome = Arc::new(outcome.clone());
             Row {
@@ -102,6 +125,7 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
                 groups: groupings[i].groups.len(),
                 solved_by: same[i],
                 errors,
+                error_difference: *error_difference,
                 seconds: *seconds,
                 outcome,
             }
@@ -153,6 +177,11 @@ pub(super) fn optimiser(scene: &Scene) -> Result<(&'static Optimiser, Settings)>
     Ok((optimiser, settings))
 }
 
+/// How a scene wants K(phi) u = f solved.
+fn solver_settings(scene: &Scene) -> solver::Settings {
+    solver::Settings { path: scene.solver.path, tolerance: scene.solver.tolerance }
+}
+
 impl Given<'_> {
     /// Indices of the fitted load cases.
     fn fitted(&self) -> Vec<usize> {
@@ -169,6 +198,20 @@ impl Given<'_> {
         }
     }
 
+    /// Refuses a Jacobian that would not fit: one column a group, four copies at a time for each of two starts.
+    /// The number of threads does not count, so that a scene is refused on every machine or on none.
+    fn check_jacobian(&self, problems: &[SweepProblem]) -> Result<()> {
+        let groups = problems.iter().map(|problem| problem.upper.len()).max().unwrap_or(0);
+        let rows = self.body.dofs.len() * self.fitted().len();
+        let bytes = 8.0 * 4.0 * 2.0 * groups as f64 * rows as f64;
+        let (optimiser, _) = optimiser(self.scene)?;
+        if bytes <= LARGEST_JACOBIAN || !optimiser.uses_jacobian {
+            return Ok(());
+        }
+        let message = format!("{groups} groups and {rows} equations need a Jacobian of {:.1} GB", bytes / 1e9);
+        Err(Error::input("springs.grouping", message, "use fewer groups, fewer control points, or annealing"))
+    }
+
     /// Runs the optimiser on all problems.
     fn solve(&self, problems: &[SweepProblem], progress: &Progress) -> Result<Vec<Solved>> {
         let fitted = self.fitted();
@@ -178,9 +221,16 @@ impl Given<'_> {
         let largest: Vec<f64> = fitted.iter().map(|&c| self.reference.cases[c].u_max).collect();
         let weights = weights(&largest, self.body.dofs.masters().count());
         let (optimiser, settings) = optimiser(self.scene)?;
-        progress.enter("calibration", problems.len() as u64 * (optimiser.expected_evaluations)(&settings));
-        let shared =
-            Shared { symbolic: &self.lattice.symbolic, forces: &forces, reference: &targets, weights: &weights };
+        let expected = problems.iter().map(|problem| (optimiser.expected_evaluations)(&settings, problem.upper.len()));
+        progress.enter("calibration", expected.sum());
+        let solver = solver_settings(self.scene);
+        let shared = Shared {
+            symbolic: &self.lattice.symbolic,
+            forces: &forces,
+            reference: &targets,
+            weights: &weights,
+            solver: &solver,
+        };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
     }
 
@@ -223,6 +273,7 @@ impl Given<'_> {
             displacements,
             errors,
             counts,
+            solver: solver::choose(&solver_settings(self.scene), &self.lattice.symbolic),
         })
     }
 }

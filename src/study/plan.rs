@@ -85,7 +85,8 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     let lattice = network::build(&scene, &body)?;
     let (gammas, groupings) = fit::group(&scene, &lattice)?;
     let same = sweep::first_equal(&groupings);
-    let problems = (0..same.len()).filter(|&i| same[i] == i).count();
+    let distinct: Vec<usize> = (0..same.len()).filter(|&i| same[i] == i).map(|i| groupings[i].groups.len()).collect();
+    let problems = distinct.len();
     let (optimiser, settings) = fit::optimiser(&scene)?;
     let reach = *body.patch.degree().iter().max().unwrap_or(&1);
     let order = body.dofs.order(&nested_dissection(body.grid().extents(), reach, body.closed()));
@@ -93,7 +94,8 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     let reference = Symbolic::analyse(&pattern, order)?;
     let springs = &lattice.symbolic;
     let threads = rayon::current_num_threads();
-    let evaluations = (optimiser.expected_evaluations)(&settings) as f64 * problems as f64;
+    let evaluations =
+        distinct.iter().map(|&groups| (optimiser.expected_evaluations)(&settings, groups)).sum::<u64>() as f64;
     let groups = groupings.iter().map(|g| g.groups.len()).max().unwrap_or(0);
     let memory_bytes = (reference.factor_bytes() + 16 * pattern.entries()).max(threads * springs.factor_bytes())
         + 16 * springs.lower_rows().len() * problems;

@@ -7,7 +7,8 @@
 use crate::error::Result;
 use crate::scene::{self, Scene, Source};
 use crate::springs::affine::AffineStiffness;
-use crate::springs::{bounds, grouping};
+use crate::springs::bounds;
+use crate::springs::grouping::{self, Grouping};
 use crate::study::body::{self, Body};
 use crate::study::loads;
 use crate::study::network::{self, Lattice};
@@ -28,6 +29,8 @@ pub struct Cube {
     pub forces: Vec<f64>,
     /// The network with its analysis.
     pub lattice: Lattice,
+    /// The groups.
+    pub grouping: Grouping,
     /// K(phi).
     pub stiffness: AffineStiffness,
     /// phi, N/m.
@@ -53,7 +56,7 @@ impl Cube {
             AffineStiffness::new(&lattice.network, &groups, &lattice.coefficients, &body.dofs, &lattice.symbolic);
         let upper = bounds::upper_bounds(&lattice.network, &groups, &lattice.spring_bounds, scene.springs.law);
         let phi = upper.iter().map(|upper| FRACTION * upper).collect();
-        Ok(Self { size, body, forces, lattice, stiffness, phi })
+        Ok(Self { size, body, forces, lattice, grouping: groups, stiffness, phi })
     }
 
     /// |f - K(phi) u| / |f|, with K from the springs themselves, not from the matrix that was factored.

@@ -7,6 +7,7 @@
 //! |---|---|
 //! | [`cube`] | the problem of every size: a cube of n^3 control points |
 //! | [`solve`] | K(phi) u = f by every method: seconds, error, memory, rate |
+//! | [`methods`] | the methods: names and functions |
 //! | [`calibrate`] | error against time of every way to calibrate a scene |
 //! | [`machine`] | the machine: processor, load, rate of a dense product |
 //! | [`tables`] | tables for a person |
@@ -18,5 +19,6 @@ pub mod chart;
 pub mod cube;
 pub mod machine;
 pub mod matrix_market;
+pub mod methods;
 pub mod solve;
 pub mod tables;

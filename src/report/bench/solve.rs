@@ -1,25 +1,21 @@
 //! `bench solve`: K(phi) u = f on cubes, by every method, stage by stage.
 //!
-//! A method is a name and a function in [`METHODS`]; it does one warm-up and then `repeat` rounds of what `springfit
+//! A method ([`super::methods`]) does one warm-up and then `repeat` rounds of what `springfit
 //! run` does with a new phi: write the values, factor (or set up what takes its place), solve. Each stage has its median
 //! and its minimum over the rounds, and the median of its processor time: the median is what a user sees on this machine
 //! today, the other two are what the machine can do when nobody else uses it. The error is the residual |f - K u| / |f| against the springs themselves, and,
 //! where the method measures it, the componentwise backward error (`sparse::backward_error`).
 
-use std::hint::black_box;
-use std::sync::Arc;
-
 use serde::Serialize;
+use std::hint::black_box;
 
 use crate::clock::{self, Progress, Stopwatch};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::memory;
-use crate::sparse::cholesky::{Factor, Symbolic};
-use crate::sparse::ordering::nested_dissection;
-use crate::springs::affine;
 
 use super::cube::Cube;
 use super::machine::Machine;
+use super::methods::Method;
 
 /// Seconds of one stage over the rounds.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -83,52 +79,29 @@ pub struct Rounds<'a> {
     pub progress: &'a Progress,
 }
 
-/// A way to solve K(phi) u = f.
-pub struct Method {
-    /// Name on the command line.
-    pub name: &'static str,
-    /// One line of help.
-    pub doc: &'static str,
-    /// Measures it.
-    pub measure: fn(&Cube, Rounds) -> Result<Row>,
-}
-
-/// All methods.
-pub const METHODS: &[Method] =
-    &[Method { name: "direct", doc: "f64 supernodal Cholesky, refactored at every phi", measure: direct }];
-
-/// The method of this name.
-///
-/// # Errors
-/// [`Error::Input`] with the known names.
-pub fn find(name: &str) -> Result<&'static Method> {
-    METHODS.iter().find(|method| method.name == name).ok_or_else(|| {
-        let known: Vec<&str> = METHODS.iter().map(|method| method.name).collect();
-        Error::input("--methods", format!("there is no method {name}"), format!("the methods are {}", known.join(", ")))
-    })
-}
-
-/// Measures one method on one cube.
+/// Measures one method on one cube; `None` where the method does not fit the cube.
 ///
 /// # Errors
 /// Those of the method, and [`Error::Interrupted`].
-pub fn measure(method: &Method, cube: &Cube, rounds: Rounds, machine: &Machine) -> Result<Row> {
+pub fn measure(method: &Method, cube: &Cube, rounds: Rounds, machine: &Machine) -> Result<Option<Row>> {
     rounds.progress.enter(&format!("{}^3 {}", cube.size, method.name), rounds.repeat as u64 + 1);
     let mut row = (method.measure)(cube, rounds)?;
-    row.share = row.gflops / machine.dense_gflops;
+    if let Some(row) = &mut row {
+        row.share = row.gflops / machine.dense_gflops;
+    }
     Ok(row)
 }
 
 /// Rounds of one stage on two clocks: the wall and the processor.
 #[derive(Default)]
-struct Rounded {
+pub(super) struct Rounded {
     wall: Vec<f64>,
     processor: Vec<f64>,
 }
 
 impl Rounded {
     /// Runs `stage`, and adds its seconds unless this is the warm-up.
-    fn time<T>(&mut self, round: usize, stage: impl FnOnce() -> T) -> T {
+    pub(super) fn time<T>(&mut self, round: usize, stage: impl FnOnce() -> T) -> T {
         let (processor, watch) = (clock::processor_seconds(), Stopwatch::start());
         let result = black_box(stage());
         if round > 0 {
@@ -160,16 +133,16 @@ fn median(values: &[f64]) -> Option<f64> {
 
 /// Rounds of every stage; the warm-up is not in them.
 #[derive(Default)]
-struct Stages {
-    analyse: Rounded,
-    update: Rounded,
-    refactor: Rounded,
-    solve: Rounded,
+pub(super) struct Stages {
+    pub(super) analyse: Rounded,
+    pub(super) update: Rounded,
+    pub(super) refactor: Rounded,
+    pub(super) solve: Rounded,
 }
 
 impl Stages {
     /// The row of a method; its errors, memory and operations are left at zero.
-    fn row(self, method: &'static str, cube: &Cube) -> Row {
+    pub(super) fn row(self, method: &'static str, cube: &Cube) -> Row {
         let sum = |clock: fn(&Rounded) -> &Vec<f64>| {
             let rounds = clock(&self.update).iter().zip(clock(&self.refactor)).zip(clock(&self.solve));
             rounds.map(|((update, refactor), solve)| update + refactor + solve).collect()
@@ -196,51 +169,9 @@ impl Stages {
     }
 }
 
-/// The direct path.
-fn direct(cube: &Cube, rounds: Rounds) -> Result<Row> {
-    let mut stages = Stages::default();
-    let pattern = affine::pattern(&cube.lattice.network, &cube.body.dofs);
-    let mut factor = Factor::new(Arc::clone(&cube.lattice.symbolic));
-    let mut u = vec![0.0; cube.forces.len()];
-    let (mut residual, mut backward_error) = (0.0_f64, 0.0_f64);
-    for round in 0..=rounds.repeat {
-        rounds.progress.check()?;
-        stages.analyse.time(round, || {
-            let order = nested_dissection(cube.body.grid().extents(), 1, cube.body.closed());
-            Symbolic::analyse(&pattern, cube.body.dofs.order(&order))
-        })?;
-        stages.update.time(round, || cube.stiffness.assemble_into(black_box(&cube.phi), factor.values_mut()));
-        stages.refactor.time(round, || factor.refactor())?;
-        backward_error = backward_error.max(stages.solve.time(round, || factor.solve(&cube.forces, &mut u))?);
-        residual = residual.max(cube.residual(&cube.phi, &u));
-        rounds.progress.advance(1);
-    }
-    let symbolic = &cube.lattice.symbolic;
-    let row = stages.row("direct", cube);
-    Ok(Row {
-        residual,
-        backward_error: Some(backward_error),
-        factor_bytes: symbolic.factor_bytes(),
-        flop: symbolic.factor_flops(),
-        gflops: symbolic.factor_flops() / row.refactor.processor.unwrap_or(row.refactor.least) / 1e9,
-        ..row
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_direct_path_is_measured_with_its_error() {
-        let cube = Cube::new(4).expect("a small cube");
-        let row = direct(&cube, Rounds { repeat: 3, progress: &Progress::default() }).expect("positive definite");
-        assert_eq!(row.unknowns, 3 * 4 * 4 * 3);
-        assert!(row.residual < 1e-13 && row.backward_error.expect("measured") < 1e-14);
-        for stage in [&row.analyse, &row.update, &row.refactor, &row.solve, &row.evaluation] {
-            assert!(stage.least > 0.0 && stage.least <= stage.median);
-        }
-    }
 
     #[test]
     fn the_median_of_an_even_number_of_rounds_is_between_the_middle_two() {
