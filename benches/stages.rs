@@ -18,6 +18,7 @@ use springfit::scene::{self, Scene, Source};
 use springfit::sparse::cholesky::{Factor, Symbolic};
 use springfit::sparse::ordering::nested_dissection;
 use springfit::springs::affine::{self, AffineStiffness};
+use springfit::springs::solver::{Path, Settings, SpringSolver};
 use springfit::springs::{bounds, grouping};
 use springfit::study::body::{self, Body};
 use springfit::study::loads::{self, LoadCase};
@@ -62,6 +63,7 @@ fn stages(criterion: &mut Criterion) {
     for n in [9, 17] {
         let cube = cube(n);
         systems(criterion, n, &cube);
+        paths(criterion, n, &cube);
         fits(criterion, n, &cube);
     }
 }
@@ -105,6 +107,44 @@ fn systems(criterion: &mut Criterion, n: usize, cube: &Cube) {
             factor.solve(forces, &mut u).expect("solvable")
         });
     });
+    group.finish();
+}
+
+/// One evaluation on each path of the spring solver: 1 % up in the first group and down in the others, then back.
+fn paths(criterion: &mut Criterion, n: usize, cube: &Cube) {
+    let Cube { loads, lattice, stiffness, upper, .. } = cube;
+    let mut group = criterion.benchmark_group("paths");
+    group.sample_size(10);
+    let forces = &loads[0].load.forces;
+    let here: Vec<f64> = upper.iter().map(|u| 0.1 * u).collect();
+    let there: Vec<f64> =
+        here.iter().enumerate().map(|(a, phi)| if a == 0 { phi * 1.01 } else { phi / 1.01 }).collect();
+    let mut exact = vec![0.0; forces.len()];
+    for path in [Path::Direct, Path::Single, Path::Stale] {
+        let mut solver = SpringSolver::new(stiffness, &lattice.symbolic, &Settings { path, ..Settings::default() });
+        let mut u = vec![0.0; forces.len()];
+        let mut evaluate = |phi: &[f64], u: &mut [f64]| {
+            solver.set(phi).and_then(|()| solver.solve(forces, u, 1e-10)).expect("positive definite");
+        };
+        evaluate(&here, &mut u);
+        group.bench_function(BenchmarkId::new(path.name(), format!("{n}^3")), |b| {
+            b.iter(|| {
+                evaluate(black_box(&there), &mut u);
+                evaluate(black_box(&here), &mut u);
+            });
+        });
+        if path == Path::Direct {
+            exact.copy_from_slice(&u);
+        }
+        let largest = exact.iter().fold(0.0_f64, |a, u| a.max(u.abs()));
+        let difference = u.iter().zip(&exact).fold(0.0_f64, |a, (u, e)| a.max((u - e).abs()));
+        println!(
+            "{n}^3 {}: largest difference to direct {:.1e}, {:?}",
+            path.name(),
+            difference / largest,
+            solver.work()
+        );
+    }
     group.finish();
 }
 
