@@ -18,7 +18,7 @@ use springfit::scene::{self, Scene, Source};
 use springfit::sparse::cholesky::{Factor, Symbolic};
 use springfit::sparse::ordering::nested_dissection;
 use springfit::springs::affine::{self, AffineStiffness};
-use springfit::springs::solver::{Path, Settings, SpringSolver};
+use springfit::springs::solver::{Path, Settings, SpringOperator, SpringSolver};
 use springfit::springs::{bounds, grouping};
 use springfit::study::body::{self, Body};
 use springfit::study::loads::{self, LoadCase};
@@ -29,13 +29,13 @@ struct Cube {
     loads: Vec<LoadCase>,
     lattice: Lattice,
     reference: Reference,
-    stiffness: AffineStiffness,
+    operator: SpringOperator<'static>,
     upper: Vec<f64>,
 }
 
 fn cube(n: usize) -> Cube {
     let text = format!(
-        "[geometry]\nshape = \"cube\"\ncontrol_points = [{n}, {n}, {n}]\n\
+        "[geometry]\nshape = \"cube\"\ncontrol_points = [{n}, {n}, {n}]\n[solver]\npath = \"direct\"\n\
          [material]\nyoung = 15e3\npoisson = 0.3333333333333333\n\
          [support]\nfaces = [\"z-\"]\n[[load]]\nforce_per_node = [80.0, -40.0, 40.0]\n"
     );
@@ -48,10 +48,11 @@ fn cube(n: usize) -> Cube {
     let reference =
         Reference::solve(&body.integration_points(), body.lame, &body.dofs, order, &forces).expect("solvable");
     let groups = (grouping::find("length").expect("known").group)(&lattice.network, 0.1).expect("legal gamma");
-    let stiffness =
-        AffineStiffness::new(&lattice.network, &groups, &lattice.coefficients, &body.dofs, &lattice.symbolic);
+    let symbolic = Arc::clone(lattice.symbolic.as_ref().expect("a path with factors"));
+    let stiffness = AffineStiffness::new(&lattice.network, &groups, &lattice.coefficients, &body.dofs, &symbolic);
+    let operator = SpringOperator::Assembled { stiffness, symbolic };
     let upper = bounds::upper_bounds(&lattice.network, &groups, &lattice.spring_bounds, scene.springs.law);
-    Cube { body, loads, lattice, reference, stiffness, upper }
+    Cube { body, loads, lattice, reference, operator, upper }
 }
 
 fn order(body: &Body, reach: usize) -> Vec<u32> {
@@ -74,7 +75,8 @@ fn id(stage: &str, n: usize) -> BenchmarkId {
 
 /// Assembly, analysis, value update, factorisation.
 fn systems(criterion: &mut Criterion, n: usize, cube: &Cube) {
-    let Cube { body, loads, lattice, stiffness: springs, upper, .. } = cube;
+    let Cube { body, loads, lattice, operator, upper, .. } = cube;
+    let (springs, symbolic) = operator.assembled().expect("a path with factors");
     let mut group = criterion.benchmark_group("stages");
     group.sample_size(10);
 
@@ -92,7 +94,7 @@ fn systems(criterion: &mut Criterion, n: usize, cube: &Cube) {
 
     let phi: Vec<f64> = upper.iter().map(|u| 0.1 * u).collect();
     let forces = &loads[0].load.forces;
-    let mut factor = Factor::new(Arc::clone(&lattice.symbolic));
+    let mut factor = Factor::new(Arc::clone(symbolic));
     let mut u = vec![0.0; forces.len()];
     group.bench_function(id("value update", n), |b| {
         b.iter(|| springs.assemble_into(black_box(&phi), factor.values_mut()));
@@ -100,7 +102,7 @@ fn systems(criterion: &mut Criterion, n: usize, cube: &Cube) {
     springs.assemble_into(&phi, factor.values_mut());
     factor.refactor().expect("positive definite");
     let error = factor.solve(forces, &mut u).expect("solvable");
-    println!("{n}^3: backward error {error:.1e}, {:.3e} flop a factorisation", lattice.symbolic.factor_flops());
+    println!("{n}^3: backward error {error:.1e}, {:.3e} flop a factorisation", symbolic.factor_flops());
     group.bench_function(id("refactor + solve", n), |b| {
         b.iter(|| {
             factor.refactor().expect("positive definite");
@@ -110,18 +112,20 @@ fn systems(criterion: &mut Criterion, n: usize, cube: &Cube) {
     group.finish();
 }
 
-/// One evaluation on each path of the spring solver: 1 % up in the first group and down in the others, then back.
+/// Two evaluations on each path with factors: 1 % to either side of the phi where the first factor was made, up in the
+/// first group and down in the others or the other way round.
 fn paths(criterion: &mut Criterion, n: usize, cube: &Cube) {
-    let Cube { loads, lattice, stiffness, upper, .. } = cube;
-    let mut group = criterion.benchmark_group("paths");
+    let Cube { loads, operator, upper, .. } = cube;
+    let mut group = criterion.benchmark_group("two evaluations");
     group.sample_size(10);
     let forces = &loads[0].load.forces;
-    let here: Vec<f64> = upper.iter().map(|u| 0.1 * u).collect();
-    let there: Vec<f64> =
-        here.iter().enumerate().map(|(a, phi)| if a == 0 { phi * 1.01 } else { phi / 1.01 }).collect();
+    let aside = |step: f64| -> Vec<f64> {
+        (0..upper.len()).map(|a| 0.1 * upper[a] * if a == 0 { step } else { 1.0 / step }).collect()
+    };
+    let (here, there, back) = (aside(1.0), aside(1.01), aside(1.0 / 1.01));
     let mut exact = vec![0.0; forces.len()];
     for path in [Path::Direct, Path::Single, Path::Stale] {
-        let mut solver = SpringSolver::new(stiffness, &lattice.symbolic, &Settings { path, ..Settings::default() });
+        let mut solver = SpringSolver::new(operator, &Settings { path, ..Settings::default() });
         let mut u = vec![0.0; forces.len()];
         let mut evaluate = |phi: &[f64], u: &mut [f64]| {
             solver.set(phi).and_then(|()| solver.solve(forces, u, 1e-10)).expect("positive definite");
@@ -130,7 +134,7 @@ fn paths(criterion: &mut Criterion, n: usize, cube: &Cube) {
         group.bench_function(BenchmarkId::new(path.name(), format!("{n}^3")), |b| {
             b.iter(|| {
                 evaluate(black_box(&there), &mut u);
-                evaluate(black_box(&here), &mut u);
+                evaluate(black_box(&back), &mut u);
             });
         });
         if path == Path::Direct {
@@ -150,19 +154,13 @@ fn paths(criterion: &mut Criterion, n: usize, cube: &Cube) {
 
 /// One annealing evaluation and one Gauss-Newton iteration.
 fn fits(criterion: &mut Criterion, n: usize, cube: &Cube) {
-    let Cube { body, loads, lattice, reference, stiffness, upper } = cube;
+    let Cube { body, loads, reference, operator, upper, .. } = cube;
     let mut group = criterion.benchmark_group("stages");
     group.sample_size(10);
     let case = &reference.cases[0];
     let weights = weights(&[case.u_max], body.dofs.masters().count());
-    let target = Target {
-        stiffness,
-        symbolic: &lattice.symbolic,
-        upper,
-        forces: &loads[0].load.forces,
-        reference: &case.displacement,
-        weights: &weights,
-    };
+    let target =
+        Target { operator, upper, forces: &loads[0].load.forces, reference: &case.displacement, weights: &weights };
     let phi: Vec<f64> = upper.iter().map(|u| 0.1 * u).collect();
     let mut objective = Displacement::new(target);
     println!("{n}^3: error at 0.1 of the bounds {:.3} %", objective.error(&phi).expect("positive definite"));

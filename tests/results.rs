@@ -223,3 +223,23 @@ fn every_scene_runs_and_writes_what_the_interface_promises() {
         run_and_compare(&scene);
     }
 }
+
+#[test]
+fn the_summary_names_every_group_at_its_upper_bound() {
+    for name in ["torus.toml", "torus_merged.toml"] {
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/scenes").join(name);
+        let result: Value = serde_json::from_str(&springfit(&["run"], &scene).0).expect("JSON");
+        let groups = list(&result["calibration"], "groups");
+        let at_bound: Vec<&str> = groups
+            .iter()
+            .filter(|group| number(group, "stiffness") >= (1.0 - 1e-9) * number(group, "upper"))
+            .map(|group| group["name"].as_str().expect("a name"))
+            .collect();
+        assert!(!at_bound.is_empty(), "{name} has stiff groups");
+        let mut command = Command::cargo_bin("springfit").expect("the binary is built");
+        let output = command.args(["run", "--quiet"]).arg(&scene).assert().success().get_output().stdout.clone();
+        let summary = String::from_utf8(output).expect("UTF-8");
+        let told = summary.lines().filter(|line| line.ends_with("at its upper bound"));
+        assert_eq!(told.filter_map(|line| line.split_whitespace().next()).collect::<Vec<_>>(), at_bound, "{name}");
+    }
+}

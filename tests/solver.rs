@@ -9,13 +9,12 @@ use springfit::rng::Stream;
 use springfit::sparse::cholesky::{Factor, Symbolic};
 use springfit::sparse::ordering::nested_dissection;
 use springfit::springs::affine::{self, AffineStiffness};
-use springfit::springs::solver::{Path, Settings, SpringSolver, choose};
+use springfit::springs::solver::{Path, Settings, SpringOperator, SpringSolver, choose};
 use springfit::springs::{grouping, prediction, topology};
 
 /// A cube of n^3 control points, 1 m apart, held below, with all forces and a load that bends and twists it.
 struct Cube {
-    stiffness: AffineStiffness,
-    symbolic: Arc<Symbolic>,
+    operator: SpringOperator<'static>,
     forces: Vec<f64>,
 }
 
@@ -31,18 +30,26 @@ fn cube(n: usize, groups: &str) -> Cube {
     let coefficients = vec![1.0; network.springs.len()];
     let stiffness = AffineStiffness::new(&network, &groups, &coefficients, &dofs, &symbolic);
     let forces = (0..dofs.len()).map(|i| [80.0, -40.0, 40.0][i % 3] * (1.0 + (i as f64 * 0.01).sin())).collect();
-    Cube { stiffness, symbolic, forces }
+    Cube { operator: SpringOperator::Assembled { stiffness, symbolic }, forces }
 }
 
 impl Cube {
+    fn stiffness(&self) -> &AffineStiffness {
+        self.operator.assembled().expect("assembled").0
+    }
+
+    fn symbolic(&self) -> &Arc<Symbolic> {
+        self.operator.assembled().expect("assembled").1
+    }
+
     fn solver(&self, path: Path) -> SpringSolver<'_> {
-        SpringSolver::new(&self.stiffness, &self.symbolic, &Settings { path, ..Settings::default() })
+        SpringSolver::new(&self.operator, &Settings { path, ..Settings::default() })
     }
 
     /// The answer of a factorisation in f64 made for this phi alone.
     fn direct(&self, phi: &[f64]) -> Result<Vec<f64>> {
-        let mut factor = Factor::new(Arc::clone(&self.symbolic));
-        self.stiffness.assemble_into(phi, factor.values_mut());
+        let mut factor = Factor::new(Arc::clone(self.symbolic()));
+        self.stiffness().assemble_into(phi, factor.values_mut());
         factor.refactor()?;
         let mut u = vec![0.0; self.forces.len()];
         factor.solve(&self.forces, &mut u)?;
@@ -70,7 +77,7 @@ fn every_path_walks_with_the_direct_one() {
         for path in PATHS {
             let mut stream = Stream::new(7, n, 0);
             let mut solver = cube.solver(path);
-            let mut phi = vec![1.0; cube.stiffness.groups()];
+            let mut phi = vec![1.0; cube.stiffness().groups()];
             let mut u = vec![0.0; cube.forces.len()];
             let mut worst = 0.0_f64;
             for step in 0..40 {
@@ -89,7 +96,7 @@ fn every_path_walks_with_the_direct_one() {
 #[test]
 fn spreads_up_to_1e12_are_answered_exactly_or_refused_as_the_direct_path_does() {
     let cube = cube(6, "each");
-    let groups = cube.stiffness.groups();
+    let groups = cube.stiffness().groups();
     for path in [Path::Single, Path::Stale] {
         let mut solver = cube.solver(path);
         let mut u = vec![0.0; cube.forces.len()];
@@ -212,8 +219,8 @@ fn many_right_hand_sides_and_a_loose_tolerance() {
     let n = cube.forces.len();
     let forces: Vec<f64> = (0..20 * n).map(|i| (i as f64 * 0.37).cos()).collect();
     let mut exact = vec![0.0; forces.len()];
-    let mut factor = Factor::new(Arc::clone(&cube.symbolic));
-    cube.stiffness.assemble_into(&[1.0, 0.7, 0.4], factor.values_mut());
+    let mut factor = Factor::new(Arc::clone(cube.symbolic()));
+    cube.stiffness().assemble_into(&[1.0, 0.7, 0.4], factor.values_mut());
     factor.refactor().expect("positive definite");
     factor.solve(&forces, &mut exact).expect("accurate");
     for path in PATHS {
@@ -235,11 +242,11 @@ fn many_right_hand_sides_and_a_loose_tolerance() {
 fn the_choice_is_direct_for_small_cubes_and_says_why() {
     let (small, large) = (cube(9, "kind"), cube(13, "kind"));
     let settings = Settings::default();
-    let choice = |cube: &Cube| choose(&settings, &cube.symbolic);
+    let choice = |cube: &Cube| choose(&settings, cube.symbolic());
     println!("{:?}\n{:?}", choice(&small), choice(&large));
     assert_eq!([choice(&small).path, choice(&large).path], [Path::Direct, Path::Stale]);
     for path in PATHS {
-        assert_eq!(choose(&Settings { path, ..settings }, &small.symbolic).path, path);
+        assert_eq!(choose(&Settings { path, ..settings }, small.symbolic()).path, path);
     }
 }
 

@@ -7,6 +7,8 @@
 
 use std::ops::AddAssign;
 
+use rayon::prelude::*;
+
 use crate::clock::Progress;
 use crate::error::Result;
 use crate::springs::solver::Work;
@@ -75,6 +77,14 @@ pub trait Objective {
     fn counts(&self) -> Counts;
 }
 
+/// Does `count` independent pieces of work, side by side or one after the other; results in their order.
+pub fn each<T: Send>(side_by_side: bool, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    match side_by_side {
+        true => (0..count).into_par_iter().map(&work).collect(),
+        false => (0..count).map(work).collect(),
+    }
+}
+
 /// A calibration problem as every optimiser is given it.
 pub struct Problem<'a> {
     /// Makes a worker.
@@ -85,6 +95,8 @@ pub struct Problem<'a> {
     pub seed: u64,
     /// Index of the problem in its sweep.
     pub index: usize,
+    /// True when starts and chains run side by side; false when each of them uses all threads itself.
+    pub side_by_side: bool,
     /// Where evaluations are counted, and whether to stop.
     pub progress: &'a Progress,
 }

@@ -217,8 +217,8 @@ fn calibration(study: &Study) -> Calibration<'_> {
 fn solver<'a>(study: &'a Study, row: &fit::Row) -> Solver<'a> {
     let counts = &row.outcome.counts;
     Solver {
-        path: study.calibration.solver.path.name(),
-        reason: &study.calibration.solver.reason,
+        path: study.lattice.choice.path.name(),
+        reason: &study.lattice.choice.reason,
         tolerance: study.scene.solver.tolerance,
         refactorisations: counts.refactorisations,
         single_refactorisations: counts.single_refactorisations,

@@ -3,8 +3,12 @@
 use std::fmt::Write;
 
 use crate::calibration::errors::Errors;
+use crate::memory;
 use crate::study::Study;
 use crate::study::plan::{Plan, Sizes};
+
+/// Fraction of an upper bound from which a stiffness is at it: the last bits of a fit are rounding.
+const AT_BOUND: f64 = 1.0 - 1e-9;
 
 /// The summary of a run.
 pub fn run(study: &Study) -> String {
@@ -51,7 +55,7 @@ pub fn run(study: &Study) -> String {
     for ((group, phi), upper) in found.grouping.groups.iter().zip(&found.phi).zip(&found.upper).take(shown) {
         let at = match () {
             () if *phi == 0.0 => "  at its lower bound: these springs are not needed",
-            () if phi >= upper => "  at its upper bound",
+            () if *phi >= AT_BOUND * upper => "  at its upper bound",
             () => "",
         };
         line(format!(
@@ -70,12 +74,15 @@ pub fn run(study: &Study) -> String {
     line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
     let total: f64 = study.seconds.iter().map(|(_, seconds)| seconds).sum();
     let counts = &found.counts;
-    line(format!("solver: {}: {}", found.solver.path.name(), found.solver.reason));
+    let choice = &study.lattice.choice;
+    line(format!("solver: {}: {}", choice.path.name(), choice.reason));
     if counts.fallbacks > 0 {
         line(format!("single precision failed {} times, double precision took over", counts.fallbacks));
     }
+    let memory =
+        memory::peak_bytes().map_or(String::new(), |bytes| format!(", peak memory {:.0} MB", bytes as f64 / 1e6));
     line(format!(
-        "{total:.3} s, {} refactorisations, {} solves, {} iterations",
+        "{total:.3} s, {} refactorisations, {} solves, {} iterations{memory}",
         counts.refactorisations, counts.solves, counts.cg_iterations
     ));
     text

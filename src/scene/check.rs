@@ -202,7 +202,7 @@ fn check_calibration(calibration: &Calibration) -> Result<()> {
     known("calibration.objective", &calibration.objective, &names("calibration.objective"))?;
     known("calibration.optimiser", &calibration.optimiser, &names("calibration.optimiser"))?;
     calibration.gamma.values()?;
-    within("calibration.starts", calibration.starts, 1, 1000)?;
+    within("calibration.starts", calibration.starts.unwrap_or(1), 1, 1000)?;
     let Annealing { chains, evaluations, initial_temperature, final_temperature } = calibration.annealing;
     within("calibration.annealing.chains", chains, 1, 1024)?;
     within("calibration.annealing.evaluations", evaluations, chains, 1_000_000_000)?;

@@ -94,12 +94,13 @@ fn comment_absent(table: &mut Table, keys: &[String], own: &Json, root: &Json) {
 
 /// The description of a property, and the names it may have.
 fn describe(property: &Json, inner: &Json) -> String {
-    let text = property["description"].as_str().unwrap_or_default();
+    // a description may be broken over lines in the source; a comment is one line
+    let text = property["description"].as_str().unwrap_or_default().replace('\n', " ");
     let listed = property["enum"].as_array().into_iter().flatten();
     let named = inner["oneOf"].as_array().into_iter().flatten().map(|one| &one["const"]);
     let names: Vec<&str> = listed.chain(named).filter_map(Json::as_str).collect();
     match names.is_empty() {
-        true => text.to_owned(),
+        true => text,
         false => format!("{} One of: {}.", text, names.join(", ")),
     }
 }

@@ -16,6 +16,7 @@ pub mod assemble;
 pub mod backward_error;
 pub mod cg;
 pub mod cholesky;
+pub mod multigrid;
 pub mod ordering;
 pub mod pattern;
 pub mod product;

@@ -5,6 +5,7 @@
 //! | direct | factor K(phi) in f64, solve, check the backward error |
 //! | single | factor K(phi) in f32 ([`crate::sparse::single`]), conjugate gradients in f64 with it |
 //! | stale | conjugate gradients with the last f32 factor, while that is cheaper than a new one |
+//! | multigrid | conjugate gradients with a V-cycle, nothing assembled or factored ([`super::multigrid_solver`]) |
 //!
 //! When an old factor is cheaper than a new one is known before the first iteration ([`prediction`]), from the step in phi
 //! and the sizes of the problem alone: never from a clock, so that the same run does the same.
@@ -21,11 +22,17 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
+use crate::geometry::dofs::DofMap;
+use crate::geometry::grid::Grid;
 use crate::sparse::cholesky::{Factor, Symbolic};
 
 use super::affine::AffineStiffness;
+use super::grouping::Grouping;
 use super::iterative::Iterative;
+use super::multigrid_solver::MultigridSolver;
+use super::network::Network;
 use super::prediction;
+use super::stencil::Refusal;
 
 /// Floating-point operations of a factorisation below which the direct path is as fast as any other.
 const DIRECT_BELOW: f64 = 2e8;
@@ -43,6 +50,8 @@ pub enum Path {
     Single,
     /// The last factor in single precision while it is cheaper than a new one, and conjugate gradients in double precision.
     Stale,
+    /// Conjugate gradients in double precision with a multigrid cycle in single precision; for fine grids in space.
+    Multigrid,
 }
 
 impl Path {
@@ -53,6 +62,7 @@ impl Path {
             Self::Direct => "direct",
             Self::Single => "single",
             Self::Stale => "stale",
+            Self::Multigrid => "multigrid",
         }
     }
 }
@@ -130,37 +140,110 @@ impl AddAssign for Work {
     }
 }
 
-/// One worker's solver.
-pub struct SpringSolver<'a> {
-    stiffness: &'a AffineStiffness,
-    engine: Engine,
+/// The springs of one grouping, in the form that their path needs; shared by all workers.
+pub enum SpringOperator<'a> {
+    /// K(phi) on an analysed pattern: for all paths with factors.
+    Assembled {
+        /// K(phi).
+        stiffness: AffineStiffness,
+        /// The analysis that it was made with.
+        symbolic: Arc<Symbolic>,
+    },
+    /// The springs on their grid, nothing assembled: for multigrid.
+    OnGrid(GridSprings<'a>),
 }
 
-/// The two ways.
-enum Engine {
-    Direct { factor: Box<Factor>, work: Work },
-    Iterative(Box<Iterative>),
+/// What a multigrid worker is made of.
+#[derive(Clone)]
+pub struct GridSprings<'a> {
+    /// The springs.
+    pub network: &'a Network,
+    /// The grid of their nodes.
+    pub grid: Grid,
+    /// Supports; no ties.
+    pub dofs: &'a DofMap,
+    /// The groups.
+    pub grouping: Grouping,
+    /// k_s = phi w_s: the coefficient of every spring.
+    pub coefficients: &'a [f64],
+}
+
+impl GridSprings<'_> {
+    /// A worker.
+    ///
+    /// # Errors
+    /// A [`Refusal`] when multigrid does not fit the body.
+    pub fn worker(&self) -> std::result::Result<MultigridSolver, Refusal> {
+        MultigridSolver::new(self.network, &self.grid, self.dofs, &self.grouping, self.coefficients)
+    }
+}
+
+impl SpringOperator<'_> {
+    /// K(phi) and its analysis, where it is assembled.
+    pub fn assembled(&self) -> Option<(&AffineStiffness, &Arc<Symbolic>)> {
+        match self {
+            Self::Assembled { stiffness, symbolic } => Some((stiffness, symbolic)),
+            Self::OnGrid(_) => None,
+        }
+    }
+
+    /// Number of free degrees of freedom.
+    pub fn unknowns(&self) -> usize {
+        match self {
+            Self::Assembled { stiffness, .. } => stiffness.unknowns(),
+            Self::OnGrid(springs) => springs.dofs.len(),
+        }
+    }
+}
+
+/// One worker's solver.
+pub struct SpringSolver<'a> {
+    unknowns: usize,
+    engine: Engine<'a>,
+}
+
+/// The ways, with what each worker owns.
+enum Engine<'a> {
+    Direct { stiffness: &'a AffineStiffness, factor: Box<Factor>, work: Work },
+    Iterative { stiffness: &'a AffineStiffness, iterative: Box<Iterative> },
+    Multigrid { solver: Box<MultigridSolver>, work: Work },
 }
 
 impl<'a> SpringSolver<'a> {
-    /// Allocates what the chosen path needs; `symbolic` is the analysis that `stiffness` was made with.
-    pub fn new(stiffness: &'a AffineStiffness, symbolic: &Arc<Symbolic>, settings: &Settings) -> Self {
-        let engine = match choose(settings, symbolic).path {
-            Path::Auto | Path::Direct => {
-                Engine::Direct { factor: Box::new(Factor::new(Arc::clone(symbolic))), work: Work::default() }
-            }
-            path @ (Path::Single | Path::Stale) => {
-                Engine::Iterative(Box::new(Iterative::new(symbolic, path == Path::Stale)))
+    /// Allocates what the chosen path needs.
+    ///
+    /// # Panics
+    /// When the operator is on a grid that multigrid refuses: try [`GridSprings::worker`] first.
+    pub fn new(operator: &'a SpringOperator, settings: &Settings) -> Self {
+        let engine = match operator {
+            SpringOperator::Assembled { stiffness, symbolic } => match choose(settings, symbolic).path {
+                path @ (Path::Single | Path::Stale) => {
+                    Engine::Iterative { stiffness, iterative: Box::new(Iterative::new(symbolic, path == Path::Stale)) }
+                }
+                _ => Engine::Direct {
+                    stiffness,
+                    factor: Box::new(Factor::new(Arc::clone(symbolic))),
+                    work: Work::default(),
+                },
+            },
+            SpringOperator::OnGrid(springs) => {
+                let solver = springs.worker().expect("whoever chose multigrid has tried it");
+                Engine::Multigrid { solver: Box::new(solver), work: Work::default() }
             }
         };
-        Self { stiffness, engine }
+        Self { unknowns: operator.unknowns(), engine }
+    }
+
+    /// Number of free degrees of freedom.
+    pub fn unknowns(&self) -> usize {
+        self.unknowns
     }
 
     /// Work done so far.
     pub fn work(&self) -> Work {
         match &self.engine {
-            Engine::Direct { work, .. } => *work,
-            Engine::Iterative(iterative) => iterative.work,
+            Engine::Direct { work, .. } | Engine::Multigrid { work, .. } => *work,
+            Engine::Iterative { iterative, .. } => iterative.work,
         }
     }
 
@@ -173,15 +256,27 @@ impl<'a> SpringSolver<'a> {
     /// When `phi` has not one number for every group.
     pub fn set(&mut self, phi: &[f64]) -> Result<()> {
         match &mut self.engine {
-            Engine::Direct { factor, work } => {
-                self.stiffness.assemble_into(phi, factor.values_mut());
+            Engine::Direct { stiffness, factor, work } => {
+                stiffness.assemble_into(phi, factor.values_mut());
                 work.refactorisations += 1;
                 factor.refactor()
             }
-            Engine::Iterative(iterative) => {
-                iterative.set(self.stiffness, phi);
+            Engine::Iterative { stiffness, iterative } => {
+                iterative.set(stiffness, phi);
                 Ok(())
             }
+            Engine::Multigrid { solver, .. } => {
+                solver.set(phi);
+                Ok(())
+            }
+        }
+    }
+
+    /// out = K_a u.
+    pub fn apply(&self, group: usize, u: &[f64], out: &mut [f64]) {
+        match &self.engine {
+            Engine::Direct { stiffness, .. } | Engine::Iterative { stiffness, .. } => stiffness.apply(group, u, out),
+            Engine::Multigrid { solver, .. } => solver.apply_group(group, u, out),
         }
     }
 
@@ -196,10 +291,23 @@ impl<'a> SpringSolver<'a> {
     /// When `forces` is not a whole number of columns, or `answers` has another length.
     pub fn solve(&mut self, forces: &[f64], answers: &mut [f64], tolerance: f64) -> Result<()> {
         assert_eq!(forces.len(), answers.len(), "as many answers as forces");
-        assert_eq!(forces.len() % self.stiffness.unknowns().max(1), 0, "whole columns");
+        assert_eq!(forces.len() % self.unknowns.max(1), 0, "whole columns");
         match &mut self.engine {
             Engine::Direct { factor, .. } => factor.solve(forces, answers).map(|_| ()),
-            Engine::Iterative(iterative) => iterative.solve(forces, answers, tolerance),
+            Engine::Iterative { iterative, .. } => iterative.solve(forces, answers, tolerance),
+            Engine::Multigrid { solver, work } => {
+                for (f, u) in forces.chunks_exact(self.unknowns).zip(answers.chunks_exact_mut(self.unknowns)) {
+                    match solver.solve(f, u, tolerance) {
+                        Ok(report) => work.iterations += report.iterations as u64,
+                        Err(error) => {
+                            // what is left is no guess
+                            u.fill(0.0);
+                            return Err(error);
+                        }
+                    }
+                }
+                Ok(())
+            }
         }
     }
 }

@@ -15,15 +15,14 @@ use crate::clock::Progress;
 use crate::error::{Error, Result};
 use crate::reference::Reference;
 use crate::scene::Scene;
-use crate::sparse::cholesky::Factor;
 use crate::springs::affine::AffineStiffness;
 use crate::springs::grouping::{self, Grouping};
-use crate::springs::solver;
+use crate::springs::solver::{GridSprings, SpringOperator, SpringSolver};
 use crate::springs::{bounds, weighting};
 
 use super::body::Body;
 use super::loads::LoadCase;
-use super::network::Lattice;
+use super::network::{self, Lattice};
 
 /// Bytes that the Jacobians of Gauss-Newton may take.
 const LARGEST_JACOBIAN: f64 = 8e9;
@@ -52,8 +51,20 @@ pub struct Calibration {
     pub global_strain: [f64; 2],
     /// Work of the whole sweep.
     pub counts: Counts,
-    /// How K(phi) u = f was solved during the search, and why.
-    pub solver: solver::Choice,
+}
+
+impl Calibration {
+    /// A word where the bounds, not the optimiser, decide: every group is at its upper bound.
+    pub fn warning(&self) -> Option<String> {
+        let at_bound = |(phi, upper): (&f64, &f64)| *phi >= (1.0 - 1e-9) * upper;
+        self.phi.iter().zip(&self.upper).all(at_bound).then(|| {
+            format!(
+                "every group is at its upper bound (5.8): the network cannot be as stiff as the body (e_rms {:.1} %); \
+                 use cells of more equal sides",
+                self.fitted.e_rms
+            )
+        })
+    }
 }
 
 /// One row of the sweep table.
@@ -72,6 +83,16 @@ pub struct Row {
     pub seconds: f64,
     /// What the optimiser found.
     pub outcome: Arc<Outcome>,
+}
+
+/// Starts on meshes so fine that every factorisation counts; the bounds and the first start are the same on coarse ones,
+/// where local minima can be looked for. `None` on meshes of common size.
+fn starts_on_fine_meshes(unknowns: usize) -> Option<usize> {
+    match unknowns {
+        100_000.. => Some(1),
+        30_000.. => Some(2),
+        _ => None,
+    }
 }
 
 /// What a fit works on.
@@ -163,22 +184,28 @@ pub(super) fn optimiser(scene: &Scene) -> Result<(&'static Optimiser, Settings)>
     Ok((optimiser, settings))
 }
 
-/// How a scene wants K(phi) u = f solved.
-fn solver_settings(scene: &Scene) -> solver::Settings {
-    solver::Settings { path: scene.solver.path, tolerance: scene.solver.tolerance }
-}
-
 impl Given<'_> {
     /// Indices of the fitted load cases.
     fn fitted(&self) -> Vec<usize> {
         (0..self.loads.len()).filter(|&c| self.loads[c].fit).collect()
     }
 
-    /// K(phi) and bounds of one grouping.
-    fn problem(&self, grouping: &Grouping, index: usize) -> SweepProblem {
+    /// The springs and bounds of one grouping.
+    fn problem(&self, grouping: &Grouping, index: usize) -> SweepProblem<'_> {
         let Lattice { network, symbolic, coefficients, spring_bounds, .. } = self.lattice;
+        let dofs = &self.body.dofs;
+        let operator = match symbolic {
+            Some(symbolic) => SpringOperator::Assembled {
+                stiffness: AffineStiffness::new(network, grouping, coefficients, dofs, symbolic),
+                symbolic: Arc::clone(symbolic),
+            },
+            None => {
+                let grouping = grouping.clone();
+                SpringOperator::OnGrid(GridSprings { network, grid: self.body.grid(), dofs, grouping, coefficients })
+            }
+        };
         SweepProblem {
-            stiffness: AffineStiffness::new(network, grouping, coefficients, &self.body.dofs, symbolic),
+            operator,
             upper: bounds::upper_bounds(network, grouping, spring_bounds, self.scene.springs.law),
             index,
         }
@@ -206,16 +233,12 @@ impl Given<'_> {
             fitted.iter().flat_map(|&c| self.reference.cases[c].displacement.iter().copied()).collect();
         let largest: Vec<f64> = fitted.iter().map(|&c| self.reference.cases[c].u_max).collect();
         let weights = weights(&largest, self.body.dofs.masters().count());
-        let (optimiser, settings) = optimiser(self.scene)?;
-        progress.enter("calibration", problems.len() as u64 * (optimiser.expected_evaluations)(&settings));
-        let solver = solver_settings(self.scene);
-        let shared = Shared {
-            symbolic: &self.lattice.symbolic,
-            forces: &forces,
-            reference: &targets,
-            weights: &weights,
-            solver: &solver,
-        };
+        let (optimiser, mut settings) = optimiser(self.scene)?;
+        settings.starts = settings.starts.or(starts_on_fine_meshes(self.body.dofs.len()));
+        let expected = problems.iter().map(|problem| (optimiser.expected_evaluations)(&settings, problem.upper.len()));
+        progress.enter("calibration", expected.sum());
+        let solver = network::settings(self.scene);
+        let shared = Shared { forces: &forces, reference: &targets, weights: &weights, solver: &solver };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
     }
 
@@ -230,11 +253,11 @@ impl Given<'_> {
         let phi = sweep[best].outcome.phi.clone();
         let n = self.body.dofs.len();
         let forces: Vec<f64> = self.loads.iter().flat_map(|case| case.load.forces.iter().copied()).collect();
-        let mut factor = Factor::new(Arc::clone(&self.lattice.symbolic));
-        problem.stiffness.assemble_into(&phi, factor.values_mut());
-        factor.refactor()?;
+        let settings = sweep::exact(&problem.operator, &network::settings(self.scene));
+        let mut solver = SpringSolver::new(&problem.operator, &settings);
         let mut displacement = vec![0.0; forces.len()];
-        factor.solve(&forces, &mut displacement)?;
+        solver.set(&phi)?;
+        solver.solve(&forces, &mut displacement, settings.tolerance)?;
         let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
         let pairs = self.reference.cases.iter().zip(&displacements);
         let errors = pairs.map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();
@@ -258,7 +281,6 @@ impl Given<'_> {
             displacements,
             errors,
             counts,
-            solver: solver::choose(&solver_settings(self.scene), &self.lattice.symbolic),
         })
     }
 }

@@ -13,14 +13,10 @@
 //! Scaling: K(s phi) = s K(phi), so u(s phi) = u(phi) / s. The best common factor of all stiffnesses is therefore known
 //! from inner products alone: 1/s = sum_c w_c^2 u_c.u_ref,c / sum_c w_c^2 |u_c|^2.
 
-use std::sync::Arc;
-
 use crate::calibration::objective::{Counts, Objective};
 use crate::dense::dot;
 use crate::error::{Error, Result};
-use crate::sparse::cholesky::Symbolic;
-use crate::springs::affine::AffineStiffness;
-use crate::springs::solver::{Settings, SpringSolver};
+use crate::springs::solver::{Settings, SpringOperator, SpringSolver};
 
 /// Relative residual that is enough for a column of the Jacobian: steps are inexact anyway.
 const COLUMN_TOLERANCE: f64 = 1e-6;
@@ -28,10 +24,8 @@ const COLUMN_TOLERANCE: f64 = 1e-6;
 /// The fixed part of a displacement problem, shared by its workers.
 #[derive(Clone, Copy)]
 pub struct Target<'a> {
-    /// K(phi) of the network with its groups.
-    pub stiffness: &'a AffineStiffness,
-    /// The analysis of its pattern.
-    pub symbolic: &'a Arc<Symbolic>,
+    /// The springs with their groups.
+    pub operator: &'a SpringOperator<'a>,
     /// Upper bounds of phi, length m.
     pub upper: &'a [f64],
     /// Forces of all load cases over the free dofs, one after the other (cases x n), in N.
@@ -73,7 +67,7 @@ impl<'a> Displacement<'a> {
     /// A worker that solves as the settings say.
     pub fn with_solver(target: Target<'a>, settings: &Settings) -> Self {
         Self {
-            solver: SpringSolver::new(target.stiffness, target.symbolic, settings),
+            solver: SpringSolver::new(target.operator, settings),
             tolerance: settings.tolerance,
             phi: vec![0.0; target.upper.len()],
             scale: 1.0,
@@ -91,7 +85,7 @@ impl<'a> Displacement<'a> {
     }
 
     fn unknowns(&self) -> usize {
-        self.target.stiffness.unknowns()
+        self.solver.unknowns()
     }
 
     /// The error of the displacements divided by `scale`.
@@ -119,7 +113,7 @@ impl<'a> Displacement<'a> {
         self.solved.resize(n * m, 0.0);
         let mut applied = vec![0.0; m];
         for (a, column) in self.right.chunks_exact_mut(n).enumerate() {
-            self.target.stiffness.apply(a, u, column);
+            self.solver.apply(a, u, column);
             applied[a] = dot(column, column).sqrt();
         }
         let free = self.free_column(&applied);

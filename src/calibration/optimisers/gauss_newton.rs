@@ -16,9 +16,7 @@
 //! Many groups leave flat valleys and local minima, so several starts spend a few factorisations each, and only the best
 //! of them is polished.
 
-use rayon::prelude::*;
-
-use crate::calibration::objective::{Objective, Problem};
+use crate::calibration::objective::{Objective, Problem, each};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint, best};
 use crate::clock::Stopwatch;
 use crate::dense::{self, LeastSquares};
@@ -42,9 +40,9 @@ const LARGEST_DAMPING: f64 = 1e10;
 /// # Errors
 /// When no start has a positive definite K, or on interruption.
 pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
-    let starts = 0..settings.starts.max(1);
+    let starts = settings.starts_for(problem.upper.len());
     let outcomes: Vec<Result<Outcome>> =
-        starts.into_par_iter().map(|s| descend(problem, settings, &start(problem, s))).collect();
+        each(problem.side_by_side, starts, |s| descend(problem, settings, &start(problem, s)));
     let mut found = Vec::new();
     let mut failure = None;
     for outcome in outcomes {
