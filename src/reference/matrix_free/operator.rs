@@ -76,7 +76,8 @@ impl<'a> Operator<'a> {
                 [start, end, d0.first[start], d0.first[end - 1] + d0.order]
             })
             .collect();
-        let ties = (0..body.nodes()).map(|node| [node, dofs.master(node)]).filter(|[node, master]| node != master).collect();
+        let ties =
+            (0..body.nodes()).map(|node| [node, dofs.master(node)]).filter(|[node, master]| node != master).collect();
         Self { body, dofs, lame, collocation, slabs, ties }
     }
 
