@@ -3,11 +3,11 @@
 //! With r = b - A x, z = M r for a preconditioner M ~ A^-1, and a search direction p, one iteration is
 //!
 //! ```text
-//! q = A p,   alpha = r.z / p.q,   x += alpha p,   r -= alpha q,   z' = M r',   beta = -alpha z'.q / r.z,   p = z' + beta p
+//! q = A p,   alpha = r.z / p.q,   x += alpha p,   r -= alpha q,   z' = M r',   beta = -z'.q / p.q,   p = z' + beta p
 //! ```
 //!
 //! (M. R. Hestenes and E. Stiefel, J. Res. Natl. Bur. Stand. 49, 1952). In exact arithmetic this beta is the usual
-//! r'.z' / r.z, since r' - r = -alpha q; written so it keeps the directions conjugate to each other when M is not
+//! r'.z' / r.z, since r' - r = -alpha q and p.q = r.z / alpha; written so it keeps the directions conjugate to each other when M is not
 //! quite symmetric or linear, as one computed in single precision is (Y. Notay, SIAM J. Sci. Comput. 22, 2000). The
 //! error in the energy norm after k iterations is at most 2 ((sqrt c - 1) / (sqrt c + 1))^k of the first, where c is
 //! the condition number of M A.
@@ -16,8 +16,11 @@
 //! that is above the tolerance, the iteration starts anew from it, until it gains nothing more. The residual that is
 //! handed back is always computed, never the one of the recursion.
 //!
-//! All vectors have length n and are f64. Nothing is allocated after the [`Workspace`], and every sum has one fixed
-//! order: the same calls give the same bits.
+//! Several right-hand sides travel together ([`solve_columns`]): each has its own alpha and beta, and stops when it is
+//! done, but M is applied to all that are left at once. A factor is read from memory once for all of them.
+//!
+//! All vectors are columns of n f64. Nothing is allocated after the [`Workspace`] has grown to the number of columns, and
+//! every sum has one fixed order: the same calls give the same bits.
 
 /// Lanes of a sum of products: enough for the widest registers, fixed so that the order of the sum is.
 const LANES: usize = 16;
@@ -28,26 +31,81 @@ const RESTART_GAIN: f64 = 0.5;
 
 /// The vectors of an iteration; serves systems of one size.
 pub struct Workspace {
+    unknowns: usize,
     residual: Vec<f64>,
     preconditioned: Vec<f64>,
     direction: Vec<f64>,
     product: Vec<f64>,
+    running: Vec<Running>,
+    known: Vec<Known>,
+}
+
+/// A right-hand side that is iterated on; the i-th of them owns the i-th column of every vector of the workspace.
+#[derive(Debug, Clone, Copy)]
+struct Running {
+    /// Its place in b and x.
+    place: usize,
+    /// Norm of the residual that ends it.
+    target: f64,
+    /// r.z
+    decrease: f64,
+    /// p.q
+    curvature: f64,
+}
+
+/// What is known of a right-hand side.
+#[derive(Debug, Clone, Copy)]
+struct Known {
+    /// |b|
+    norm: f64,
+    /// |b - A x| / |b|, as last computed.
+    residual: f64,
+    /// Whether x has moved since.
+    moved: bool,
 }
 
 impl Workspace {
     /// Vectors for n unknowns.
     pub fn new(n: usize) -> Self {
-        Self { residual: vec![0.0; n], preconditioned: vec![0.0; n], direction: vec![0.0; n], product: vec![0.0; n] }
+        let vector = || vec![0.0; n];
+        Self {
+            unknowns: n,
+            residual: vector(),
+            preconditioned: vector(),
+            direction: vector(),
+            product: vector(),
+            running: Vec::with_capacity(1),
+            known: Vec::with_capacity(1),
+        }
+    }
+
+    /// Makes room for more columns.
+    fn grow(&mut self, columns: usize) {
+        let length = self.unknowns * columns;
+        for vectors in [&mut self.residual, &mut self.preconditioned, &mut self.direction, &mut self.product] {
+            if vectors.len() < length {
+                vectors.resize(length, 0.0);
+            }
+        }
+    }
+
+    /// Takes the i-th running column out; the last one moves to its place.
+    fn remove(&mut self, i: usize) {
+        let (n, last) = (self.unknowns, self.running.len() - 1);
+        for vectors in [&mut self.residual, &mut self.direction, &mut self.product] {
+            vectors.copy_within(last * n..(last + 1) * n, i * n);
+        }
+        self.running.swap_remove(i);
     }
 }
 
 /// How an iteration ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
-    /// Iterations, each one product and one preconditioning.
+    /// Iterations, each one product and one preconditioning; of all columns together.
     pub iterations: usize,
-    /// |b - A x| / |b| of the x that was written, computed in f64; 0 when b = 0, not a number or infinite when A or M
-    /// gave such numbers.
+    /// |b - A x| / |b| of the x that was written, computed in f64, of the worst column; 0 when b = 0, infinite when A or
+    /// M gave what is no number.
     pub residual: f64,
 }
 
@@ -60,9 +118,10 @@ impl Outcome {
 
 /// Solves A x = b from the initial guess in `x` until |b - A x| <= tolerance |b|.
 ///
-/// `apply(p, q)` writes q = A p; `precondition(r, z)` writes z = M r. Stops earlier after `limit` iterations, where A or
-/// M shows not to be positive definite, and where rounding allows no smaller residual: [`Outcome::reached`] tells. An
-/// initial guess of zeros costs no product.
+/// `apply(p, q)` writes q = A p; `precondition(r, z)` writes z = M r. A guess that is not yet the answer is first multiplied
+/// by the factor that makes its error smallest in the energy norm (0 when it is of no use). Stops earlier after `limit`
+/// iterations, where A or M shows not to be positive definite, and where rounding allows no smaller residual:
+/// [`Outcome::reached`] tells. An initial guess of zeros costs no product.
 ///
 /// # Panics
 /// When `b`, `x` and the workspace have different lengths.
@@ -75,77 +134,192 @@ pub fn solve(
     limit: usize,
     work: &mut Workspace,
 ) -> Outcome {
-    assert!(b.len() == x.len() && b.len() == work.residual.len(), "vectors of one length");
-    let norm = dot(b, b).sqrt();
-    if norm == 0.0 {
-        x.fill(0.0);
-        return Outcome { iterations: 0, residual: 0.0 };
-    }
-    if x.iter().all(|x| *x == 0.0) {
-        work.residual.copy_from_slice(b);
-    } else {
-        true_residual(apply, b, x, &mut work.residual);
-    }
-    let mut residual = dot(&work.residual, &work.residual).sqrt() / norm;
-    let mut iterations = 0;
-    // written so that a residual that is not a number ends it
-    while residual > tolerance && iterations < limit {
-        let spent = descend(apply, precondition, x, tolerance * norm, limit - iterations, work);
-        iterations += spent;
-        let before = residual;
-        true_residual(apply, b, x, &mut work.residual);
-        residual = dot(&work.residual, &work.residual).sqrt() / norm;
-        if spent == 0 || residual > RESTART_GAIN * before {
-            break;
-        }
-    }
-    Outcome { iterations, residual }
+    assert_eq!(b.len(), work.unknowns, "one right-hand side of the length of the workspace");
+    solve_columns(apply, precondition, b, x, tolerance, limit, work)
 }
 
-/// Iterates from `work.residual` = b - A x until its recursion is at most `target` in norm; returns the iterations.
+/// Solves A X = B for `b.len() / n` columns, one after another in memory, as [`solve`] does for one; `limit` iterations for each.
+/// `apply` is given one column, `precondition` any number of whole columns.
+///
+/// # Panics
+/// When `b` is not a whole number of columns of the workspace, or `x` has another length.
+pub fn solve_columns(
+    apply: &mut dyn FnMut(&[f64], &mut [f64]),
+    precondition: &mut dyn FnMut(&[f64], &mut [f64]),
+    b: &[f64],
+    x: &mut [f64],
+    tolerance: f64,
+    limit: usize,
+    work: &mut Workspace,
+) -> Outcome {
+    let n = work.unknowns.max(1);
+    assert!(b.len() == x.len() && b.len().is_multiple_of(n), "whole columns of the length of the workspace");
+    work.grow(b.len() / n);
+    work.known.clear();
+    work.known.extend(b.chunks_exact(n).map(|b| Known {
+        norm: dot(b, b).sqrt(),
+        residual: f64::INFINITY,
+        moved: true,
+    }));
+    let (mut iterations, mut left, mut first) = (0, limit, true);
+    loop {
+        work.running.clear();
+        for (place, (b, x)) in b.chunks_exact(n).zip(x.chunks_exact_mut(n)).enumerate() {
+            start(apply, b, x, place, tolerance, first, work);
+        }
+        if work.running.is_empty() || left == 0 {
+            break;
+        }
+        let (longest, all) = descend(apply, precondition, x, left, work);
+        (iterations, left, first) = (iterations + all, left - longest, false);
+    }
+    let worst = work.known.iter().map(|known| if known.residual.is_nan() { f64::INFINITY } else { known.residual });
+    Outcome { iterations, residual: worst.fold(0.0, f64::max) }
+}
+
+/// Computes the residual of a column whose x has moved, and lets it run if it is not done and has gained since the last
+/// start. At the first start its guess is scaled.
+fn start(
+    apply: &mut dyn FnMut(&[f64], &mut [f64]),
+    b: &[f64],
+    x: &mut [f64],
+    place: usize,
+    tolerance: f64,
+    first: bool,
+    work: &mut Workspace,
+) {
+    let Known { norm, residual: before, moved } = work.known[place];
+    if !moved {
+        return;
+    }
+    work.known[place].moved = false;
+    if norm == 0.0 {
+        x.fill(0.0);
+        work.known[place].residual = 0.0;
+        return;
+    }
+    let n = b.len();
+    let slot = work.running.len() * n..(work.running.len() + 1) * n;
+    let (r, q) = (&mut work.residual[slot.clone()], &mut work.product[slot]);
+    if first {
+        scale_guess(apply, b, x, tolerance * norm, r, q);
+    } else {
+        apply(x, q);
+        r.copy_from_slice(b);
+        subtract(r, 1.0, q);
+    }
+    let residual = dot(r, r).sqrt() / norm;
+    work.known[place].residual = residual;
+    // written so that a residual that is not a number ends it
+    if residual > tolerance && residual <= RESTART_GAIN * before {
+        work.running.push(Running { place, target: tolerance * norm, decrease: 0.0, curvature: 0.0 });
+    }
+}
+
+/// Multiplies the guess by x.b / x.Ax unless its residual is at most `target` in norm; leaves b - A x in `r`.
+fn scale_guess(
+    apply: &mut dyn FnMut(&[f64], &mut [f64]),
+    b: &[f64],
+    x: &mut [f64],
+    target: f64,
+    r: &mut [f64],
+    q: &mut [f64],
+) {
+    r.copy_from_slice(b);
+    if x.iter().all(|x| *x == 0.0) {
+        return;
+    }
+    apply(x, q);
+    subtract(r, 1.0, q);
+    if dot(r, r).sqrt() <= target {
+        return;
+    }
+    r.copy_from_slice(b);
+    let factor = dot(x, b) / dot(x, q);
+    if factor.is_finite() && factor > 0.0 {
+        x.iter_mut().for_each(|x| *x *= factor);
+        subtract(r, factor, q);
+    } else {
+        x.fill(0.0);
+    }
+}
+
+/// Iterates all running columns until the last of them is done; returns the iterations of the longest and of all.
 fn descend(
     apply: &mut dyn FnMut(&[f64], &mut [f64]),
     precondition: &mut dyn FnMut(&[f64], &mut [f64]),
     x: &mut [f64],
-    target: f64,
     limit: usize,
     work: &mut Workspace,
-) -> usize {
-    let Workspace { residual, preconditioned, direction, product } = work;
-    precondition(residual, preconditioned);
-    direction.copy_from_slice(preconditioned);
-    let mut decrease = dot(residual, preconditioned);
-    for iteration in 0..limit {
-        apply(direction, product);
-        let curvature = dot(direction, product);
-        if !(decrease > 0.0 && curvature > 0.0 && decrease.is_finite() && curvature.is_finite()) {
-            return iteration;
+) -> (usize, usize) {
+    let n = work.unknowns;
+    let length = work.running.len() * n;
+    precondition(&work.residual[..length], &mut work.preconditioned[..length]);
+    work.direction[..length].copy_from_slice(&work.preconditioned[..length]);
+    for (i, column) in work.running.iter_mut().enumerate() {
+        let slot = i * n..(i + 1) * n;
+        column.decrease = dot(&work.residual[slot.clone()], &work.preconditioned[slot]);
+        work.known[column.place].moved = true;
+    }
+    let mut all = 0;
+    for iteration in 1..=limit {
+        all += work.running.len();
+        // backwards, so that the column that moves to the place of one that is done had its turn
+        for i in (0..work.running.len()).rev() {
+            let place = work.running[i].place;
+            if !advance(apply, i, &mut x[place * n..(place + 1) * n], work) {
+                work.remove(i);
+            }
         }
-        let alpha = decrease / curvature;
-        for (x, p) in x.iter_mut().zip(direction.iter()) {
-            *x += alpha * p;
+        if work.running.is_empty() {
+            return (iteration, all);
         }
-        for (r, q) in residual.iter_mut().zip(product.iter()) {
-            *r -= alpha * q;
-        }
-        if dot(residual, residual).sqrt() <= target {
-            return iteration + 1;
-        }
-        precondition(residual, preconditioned);
-        let beta = -alpha * dot(preconditioned, product) / decrease;
-        decrease = dot(residual, preconditioned);
-        for (p, z) in direction.iter_mut().zip(preconditioned.iter()) {
-            *p = z + beta * *p;
+        let length = work.running.len() * n;
+        precondition(&work.residual[..length], &mut work.preconditioned[..length]);
+        for i in 0..work.running.len() {
+            turn(i, work);
         }
     }
-    limit
+    (limit, all)
 }
 
-/// r = b - A x.
-fn true_residual(apply: &mut dyn FnMut(&[f64], &mut [f64]), b: &[f64], x: &[f64], residual: &mut [f64]) {
-    apply(x, residual);
-    for (r, b) in residual.iter_mut().zip(b) {
-        *r = b - *r;
+/// One step of the i-th running column along its direction; false when that was its last.
+fn advance(apply: &mut dyn FnMut(&[f64], &mut [f64]), i: usize, x: &mut [f64], work: &mut Workspace) -> bool {
+    let Running { target, decrease, .. } = work.running[i];
+    let slot = i * x.len()..(i + 1) * x.len();
+    let p = &work.direction[slot.clone()];
+    let (r, q) = (&mut work.residual[slot.clone()], &mut work.product[slot]);
+    apply(p, q);
+    let curvature = dot(p, q);
+    if !(decrease > 0.0 && curvature > 0.0 && decrease.is_finite() && curvature.is_finite()) {
+        return false;
+    }
+    let alpha = decrease / curvature;
+    for (x, p) in x.iter_mut().zip(p) {
+        *x += alpha * p;
+    }
+    subtract(r, alpha, q);
+    work.running[i].curvature = curvature;
+    dot(r, r).sqrt() > target
+}
+
+/// The next direction of the i-th running column.
+fn turn(i: usize, work: &mut Workspace) {
+    let slot = i * work.unknowns..(i + 1) * work.unknowns;
+    let (r, z, q) = (&work.residual[slot.clone()], &work.preconditioned[slot.clone()], &work.product[slot.clone()]);
+    let p = &mut work.direction[slot];
+    let column = &mut work.running[i];
+    let beta = -dot(z, q) / column.curvature;
+    column.decrease = dot(r, z);
+    for (p, z) in p.iter_mut().zip(z) {
+        *p = z + beta * *p;
+    }
+}
+
+/// y -= factor x.
+fn subtract(y: &mut [f64], factor: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y -= factor * x;
     }
 }
 
@@ -208,6 +382,15 @@ mod tests {
         let mut work = Workspace::new(n);
         let outcome = solve(&mut chain, &mut jacobi, &b, &mut x, 1e-10, 50, &mut work);
         assert_eq!((outcome.iterations, x.as_slice()), (0, exact.as_slice()));
+        x.iter_mut().for_each(|x| *x *= -7.0);
+        let outcome = solve(&mut chain, &mut jacobi, &b, &mut x, 1e-10, 50, &mut work);
+        assert!(outcome.reached(1e-10), "{outcome:?}");
+        exact.iter().zip(&mut x).for_each(|(e, x)| *x = 7.0 * e);
+        let outcome = solve(&mut chain, &mut jacobi, &b, &mut x, 1e-10, 50, &mut work);
+        assert!(outcome.reached(1e-10) && outcome.iterations <= 1, "{outcome:?}");
+        x[3] = f64::NAN;
+        let outcome = solve(&mut chain, &mut jacobi, &b, &mut x, 1e-10, 50, &mut work);
+        assert!(outcome.reached(1e-10), "{outcome:?}");
         let outcome = solve(&mut chain, &mut jacobi, &vec![0.0; n], &mut x, 1e-10, 50, &mut work);
         assert_eq!(outcome, Outcome { iterations: 0, residual: 0.0 });
         assert_eq!(x, vec![0.0; n]);
@@ -225,6 +408,39 @@ mod tests {
             let outcome = solve(&mut same.clone(), &mut apply, &b, &mut [0.0; 3], 1e-10, 50, &mut work);
             assert!(!outcome.reached(1e-10), "preconditioner {factor}: {outcome:?}");
         }
+    }
+
+    #[test]
+    fn columns_travel_together_and_each_stops_when_it_is_done() {
+        let n = 60;
+        // a smooth and a rough force, none, the image of the guess, one already solved by its guess
+        let mut b = vec![0.0; 5 * n];
+        let mut x = vec![0.0; 5 * n];
+        for i in 0..n {
+            b[i] = 1.0;
+            b[n + i] = (7.0 * i as f64).sin();
+            x[2 * n + i] = 4.0;
+            x[3 * n + i] = (i as f64).cos();
+            x[4 * n + i] = 0.5 - i as f64;
+        }
+        for c in [3, 4] {
+            let (x, b) = (&x[c * n..(c + 1) * n], &mut b[c * n..(c + 1) * n]);
+            chain(x, b);
+        }
+        x[3 * n..4 * n].iter_mut().for_each(|x| *x *= 2.0);
+        let mut alone = x.clone();
+        let mut work = Workspace::new(n);
+        let mut each = |r: &[f64], z: &mut [f64]| {
+            r.chunks_exact(n).zip(z.chunks_exact_mut(n)).for_each(|(r, z)| jacobi(r, z));
+        };
+        let together = solve_columns(&mut chain, &mut each, &b, &mut x, 1e-12, 200, &mut work);
+        assert!(together.reached(1e-12), "{together:?}");
+        let mut iterations = 0;
+        for (b, x) in b.chunks_exact(n).zip(alone.chunks_exact_mut(n)) {
+            iterations += solve(&mut chain, &mut each, b, x, 1e-12, 200, &mut work).iterations;
+        }
+        assert_eq!((x, together.iterations), (alone, iterations));
+        assert_eq!(solve_columns(&mut chain, &mut each, &[], &mut [], 1e-12, 9, &mut work).residual, 0.0);
     }
 
     #[test]
