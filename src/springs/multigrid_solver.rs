@@ -2,6 +2,8 @@
 //!
 //! Time and memory grow like the number of unknowns. The answer is that of f64: the cycle only decides how many
 //! iterations it takes, and the residual |f - K u| / |f| that is reported is computed from the u that is handed back.
+//! On an ill-conditioned body that residual cannot fall below the rounding of u itself, about 1e-16 |K| |u| / |f|, however
+//! it is solved; there the solve is done when the backward error |f - K u| / (|K| |u| + |f|) is at most [`ROUNDING`].
 //! A body on which the cycle works badly (a thin shell held at one end, one group a thousand times the others) shows by
 //! its iterations: beyond [`LIMIT`] the solve is an error value, and the caller takes a direct one.
 
@@ -19,6 +21,9 @@ use super::stencil::{Refusal, Stencil};
 /// Iterations after which a body is too hard for this path.
 pub const LIMIT: usize = 200;
 
+/// A backward error that no solve in f64 improves.
+pub const ROUNDING: f64 = 1e-15;
+
 /// How a solve went.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Report {
@@ -26,6 +31,8 @@ pub struct Report {
     pub iterations: usize,
     /// |f - K u| / |f|, computed in f64 from the result.
     pub residual: f64,
+    /// |f - K u| / (|K| |u| + |f|), with a bound of |K| from the stiffness around the nodes.
+    pub backward_error: f64,
 }
 
 /// One worker: springs, hierarchy, workspace. Nothing is allocated after the first [`MultigridSolver::set`].
@@ -37,6 +44,8 @@ pub struct MultigridSolver {
     solution: Vec<f64>,
     /// Largest extent of the body, m: positions of the cycle are divided by it.
     extent: f64,
+    /// An upper bound of the eigenvalues of K(phi), N/m.
+    stiffest: f64,
 }
 
 impl MultigridSolver {
@@ -64,7 +73,7 @@ impl MultigridSolver {
         let multigrid = Multigrid::new(stencil.padded(), positions, stencil.free().to_vec()).ok_or(Refusal::Small)?;
         let n = 3 * stencil.padded().len();
         let work = cg::Workspace::new(n);
-        Ok(Self { work, right: vec![0.0; n], solution: vec![0.0; n], extent, stencil, multigrid })
+        Ok(Self { work, right: vec![0.0; n], solution: vec![0.0; n], extent, stiffest: 0.0, stencil, multigrid })
     }
 
     /// Number of free degrees of freedom.
@@ -87,7 +96,7 @@ impl MultigridSolver {
     /// # Panics
     /// When `phi` has not one number for every group.
     pub fn set(&mut self, phi: &[f64]) {
-        self.stencil.set(phi);
+        self.set_keeping_cycle(phi);
         let Self { stencil, multigrid, extent, .. } = self;
         let c = &stencil.bars().coefficients;
         let largest = c.iter().fold(0.0_f64, |largest, c| largest.max(*c));
@@ -105,13 +114,14 @@ impl MultigridSolver {
     /// When `phi` has not one number for every group.
     pub fn set_keeping_cycle(&mut self, phi: &[f64]) {
         self.stencil.set(phi);
+        self.stiffest = self.stencil.stiffest();
     }
 
-    /// Solves K(phi) x = b from the initial guess in `x`, until |b - K x| <= tolerance |b|.
+    /// Solves K(phi) x = b from the initial guess in `x`, until |b - K x| <= tolerance |b| or the backward error is at
+    /// most [`ROUNDING`].
     ///
     /// # Errors
-    /// [`Error::Inaccurate`] with the residual where [`LIMIT`] iterations or f64 do not allow the tolerance; `x` is the
-    /// best that was found.
+    /// [`Error::Inaccurate`] with the residual after [`LIMIT`] iterations without that; `x` is what was found.
     ///
     /// # Panics
     /// When `b` or `x` is not as long as there are unknowns.
@@ -130,9 +140,12 @@ impl MultigridSolver {
             work,
         );
         stencil.collect(solution, x);
-        match outcome.reached(tolerance) {
-            true => Ok(Report { iterations: outcome.iterations, residual: outcome.residual }),
-            false => Err(Error::Inaccurate { backward_error: outcome.residual, limit: tolerance }),
+        let (iterations, residual) = (outcome.iterations, outcome.residual);
+        let (size, load) = (norm(x) * self.stiffest, norm(b));
+        let backward_error = if load > 0.0 { residual * load / (size + load) } else { 0.0 };
+        match outcome.reached(tolerance) || backward_error <= ROUNDING {
+            true => Ok(Report { iterations, residual, backward_error }),
+            false => Err(Error::Inaccurate { backward_error: residual, limit: tolerance }),
         }
     }
 
@@ -145,6 +158,10 @@ impl MultigridSolver {
     pub fn memory_bytes(&self) -> usize {
         self.stencil.bytes() + self.multigrid.bytes() + 8 * 6 * self.right.len()
     }
+}
+
+fn norm(v: &[f64]) -> f64 {
+    v.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
 /// Centre and largest extent of a set of points, m.

@@ -22,7 +22,7 @@ const PIECE: usize = 2048;
 
 /// Steps of the power iteration for lambda, and the factor on what it finds, since it finds too little.
 const POWER_STEPS: usize = 8;
-const POWER_SAFETY: f32 = 1.15;
+const POWER_SAFETY: f32 = 1.05;
 
 /// First step: weight of D^-1 r.
 pub const FIRST: f32 = 4.0 / 3.0;
