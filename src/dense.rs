@@ -8,8 +8,12 @@
 //! pressed against a bound are held, the others take a Newton step, the step is projected into the box and halved until
 //! the quadratic falls. It ends when a full step changes nothing, usually after a handful of passes.
 
+use std::ops::Range;
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::qr::no_pivoting::factor as qr;
 use faer::linalg::solvers::{Llt, Solve};
-use faer::{Accum, Mat, MatRef, Par, Side};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 
 /// H = J^T J for a Jacobian J (rows x columns, column-major); returns columns x columns, row-major.
 ///
@@ -20,6 +24,39 @@ pub fn gram(jacobian: &[f64], rows: usize, columns: usize) -> Vec<f64> {
     let mut h = Mat::<f64>::zeros(columns, columns);
     faer::linalg::matmul::matmul(h.as_mut(), Accum::Replace, j.transpose(), j, 1.0, Par::Seq);
     (0..columns * columns).map(|i| h[(i / columns, i % columns)]).collect()
+}
+
+/// The products of the columns of a matrix with its columns from `first` on, over some of its rows: entry (i, j) of the
+/// result (columns x (columns - first), column-major) is M_i . M_(first + j). The matrix is column-major with `stride`
+/// rows.
+///
+/// # Panics
+/// When the matrix has not a whole number of columns.
+pub fn gram_of_rows(matrix: &[f64], stride: usize, rows: Range<usize>, first: usize) -> Vec<f64> {
+    let columns = matrix.len() / stride;
+    let all = MatRef::from_column_major_slice(matrix, stride, columns).subrows(rows.start, rows.len());
+    let mut products = vec![0.0; columns * (columns - first)];
+    let into = MatMut::from_column_major_slice_mut(&mut products, columns, columns - first);
+    let right = all.subcols(first, columns - first);
+    faer::linalg::matmul::matmul(into, Accum::Replace, all.transpose(), right, 1.0, Par::Seq);
+    products
+}
+
+/// R of the factorisation M = Q R by reflections: |M c| = |R c| for every c, to rounding. M is column-major with `rows`
+/// rows; the columns of R stand one after the other, column j with min(j + 1, rows) numbers.
+///
+/// # Panics
+/// When the matrix has not a whole number of columns.
+pub fn triangle_of(matrix: &[f64], rows: usize) -> Vec<f64> {
+    let columns = matrix.len() / rows;
+    let mut reflected = Mat::from_fn(rows, columns, |i, j| matrix[j * rows + i]);
+    let block = qr::recommended_block_size::<f64>(rows, columns);
+    let mut coefficients = Mat::<f64>::zeros(block, rows.min(columns));
+    let scratch = qr::qr_in_place_scratch::<f64>(rows, columns, block, Par::Seq, Default::default());
+    let mut buffer = MemBuffer::new(scratch);
+    let stack = MemStack::new(&mut buffer);
+    qr::qr_in_place(reflected.as_mut(), coefficients.as_mut(), Par::Seq, stack, Default::default());
+    (0..columns).flat_map(|j| (0..rows.min(j + 1)).map(move |i| (i, j))).map(|at| reflected[at]).collect()
 }
 
 /// J^T r for a column-major Jacobian.

@@ -73,7 +73,8 @@ fn recover(membrane: &Membrane, truth: [f64; 2], optimiser: &str, settings: &Set
     };
     let make = || -> Box<dyn Objective + '_> { Box::new(Displacement::new(target)) };
     let progress = Progress::default();
-    let problem = Problem { make: &make, upper: &upper, seed: 1, index: 0, progress: &progress };
+    let problem =
+        Problem { make: &make, displacement: Some(target), upper: &upper, seed: 1, index: 0, progress: &progress };
     (find(optimiser).expect("in the table").run)(&problem, settings).expect("a well-posed problem")
 }
 

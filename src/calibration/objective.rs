@@ -7,6 +7,7 @@
 
 use std::ops::AddAssign;
 
+use crate::calibration::objectives::displacement::Target;
 use crate::clock::Progress;
 use crate::error::Result;
 
@@ -19,6 +20,8 @@ pub struct Counts {
     pub refactorisations: u64,
     /// Right-hand sides solved for.
     pub solves: u64,
+    /// Errors asked of a surrogate.
+    pub surrogate_evaluations: u64,
     /// Proposals whose K(phi) was not positive definite.
     pub rejected: u64,
 }
@@ -28,6 +31,7 @@ impl AddAssign for Counts {
         self.evaluations += other.evaluations;
         self.refactorisations += other.refactorisations;
         self.solves += other.solves;
+        self.surrogate_evaluations += other.surrogate_evaluations;
         self.rejected += other.rejected;
     }
 }
@@ -58,6 +62,8 @@ pub trait Objective {
 pub struct Problem<'a> {
     /// Makes a worker.
     pub make: &'a (dyn Fn() -> Box<dyn Objective + 'a> + Sync),
+    /// The displacement problem behind `make`, when that is what it makes: surrogates are built from it.
+    pub displacement: Option<Target<'a>>,
     /// Upper bounds of phi, length m; the lower ones are 0.
     pub upper: &'a [f64],
     /// Seed of the run and index of the problem in its sweep: with the chain they make the random stream.

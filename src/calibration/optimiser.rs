@@ -1,7 +1,7 @@
 //! What every optimiser is given and gives back, and the table of optimisers.
 
 use crate::calibration::objective::{Counts, Problem};
-use crate::calibration::optimisers::{annealing, gauss_newton, hybrid};
+use crate::calibration::optimisers::{annealing, gauss_newton, hybrid, surrogate};
 use crate::error::Result;
 
 /// Settings of all optimisers; each reads what concerns it.
@@ -37,6 +37,13 @@ impl Default for Settings {
             initial_temperature: 0.1,
             final_temperature: 1e-4,
         }
+    }
+}
+
+impl Settings {
+    /// The temperature of annealing when this fraction of the evaluations is spent.
+    pub fn temperature(&self, first: f64, elapsed: f64) -> f64 {
+        first * self.final_temperature.powf(elapsed)
     }
 }
 
@@ -156,6 +163,12 @@ pub const OPTIMISERS: &[Optimiser] = &[
         expected_evaluations: |settings| {
             settings.evaluations + settings.chains as u64 * settings.refactorisations + settings.polish
         },
+    },
+    Optimiser {
+        name: "surrogate",
+        doc: "annealing on a reduced basis with an error bound; what it finds is confirmed exactly",
+        run: surrogate::run,
+        expected_evaluations: |settings| settings.evaluations,
     },
 ];
 

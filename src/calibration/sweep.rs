@@ -101,7 +101,14 @@ pub fn solve(
             weights: shared.weights,
         };
         let make = || -> Box<dyn Objective + '_> { Box::new(Displacement::new(target)) };
-        let given = Problem { make: &make, upper: &problem.upper, seed, index: problem.index, progress };
+        let given = Problem {
+            make: &make,
+            displacement: Some(target),
+            upper: &problem.upper,
+            seed,
+            index: problem.index,
+            progress,
+        };
         let outcome = (optimiser.run)(&given, settings)?;
         let mut exact = Displacement::new(target);
         exact.error(&outcome.phi)?;
