@@ -166,6 +166,7 @@ fn the_bound_is_never_below_the_true_error_in_a_thousand_states() {
         let case = case(shape, gamma);
         let (basis, _) = case.basis(3, decades);
         let mut certificate = Certificate::new(case.target(), &case.centre()).expect("positive definite");
+        certificate.bound_eigenvalue().expect("positive definite");
         certificate.extend(&basis);
         let mut image = Walker::bound_workspace(&certificate);
         let mut exact = Displacement::new(case.target());

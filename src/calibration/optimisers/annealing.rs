@@ -126,7 +126,7 @@ impl Walk {
 }
 
 /// Where a chain begins: the first at a tenth of the bounds, the others anywhere within three decades below them.
-fn start(problem: &Problem, chain: usize, stream: &mut Stream) -> Vec<f64> {
+pub(super) fn start(problem: &Problem, chain: usize, stream: &mut Stream) -> Vec<f64> {
     problem
         .upper
         .iter()

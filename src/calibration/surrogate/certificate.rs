@@ -42,7 +42,7 @@ pub struct Certificate<'a> {
     target: Target<'a>,
     centre: Vec<f64>,
     factor: Factor,
-    /// A lower bound of the smallest eigenvalue of K0, N/m.
+    /// A lower bound of the smallest eigenvalue of K0, N/m; 0 until it is asked for.
     smallest: f64,
     /// M: L^-1 f_c, then L^-1 K_a v_j with a fastest.
     columns: Vec<f64>,
@@ -56,21 +56,34 @@ pub struct Certificate<'a> {
 pub struct Bound {
     /// At least sqrt(sum_c |u_c - V y_c|^2_K(phi)), in sqrt(N m).
     pub energy: f64,
-    /// At least the difference between the errors of u and V y, percent.
+    /// At least the difference between the errors of u and V y, percent; infinite without
+    /// [`Certificate::bound_eigenvalue`].
     pub error: f64,
 }
 
 impl<'a> Certificate<'a> {
-    /// Factors K0 and bounds its smallest eigenvalue.
+    /// Factors K0: enough for the bound of the energy.
+    ///
+    /// # Errors
+    /// [`Error::NotPositiveDefinite`] at the centre.
+    pub fn new(target: Target<'a>, centre: &[f64]) -> Result<Self> {
+        let mut factor = Factor::new(Arc::clone(target.symbolic));
+        target.stiffness.assemble_into(centre, factor.values_mut());
+        factor.refactor()?;
+        let mut columns = vec![0.0; target.forces.len()];
+        factor.half_solve(target.forces, &mut columns);
+        let centre = centre.to_vec();
+        Ok(Self { target, centre, factor, smallest: 0.0, columns, rank: 0, triangle: Vec::new() })
+    }
+
+    /// Bounds the smallest eigenvalue of K0 too, so that [`Bound::error`] is finite. Some thirty solves and a few
+    /// factorisations.
     ///
     /// # Errors
     /// [`Error::NotPositiveDefinite`] or [`Error::Inaccurate`] at the centre.
-    pub fn new(target: Target<'a>, centre: &[f64]) -> Result<Self> {
-        let mut factor = Factor::new(Arc::clone(target.symbolic));
-        let smallest = smallest_eigenvalue(target, centre, &mut factor)?;
-        let mut columns = vec![0.0; target.forces.len()];
-        factor.half_solve(target.forces, &mut columns);
-        Ok(Self { target, centre: centre.to_vec(), factor, smallest, columns, rank: 0, triangle: Vec::new() })
+    pub fn bound_eigenvalue(&mut self) -> Result<()> {
+        self.smallest = smallest_eigenvalue(self.target, &self.centre, &mut self.factor)?;
+        Ok(())
     }
 
     /// Takes in the columns that the basis got since the last call.

@@ -100,6 +100,12 @@ impl<'g> Walker<'g> {
         certificate.bound(&self.phi, &self.solution, image)
     }
 
+    /// The energy norm of the surrogate displacements, sqrt(sum_c f_c . V y_c), in sqrt(N m).
+    pub fn energy(&self) -> f64 {
+        let cases = self.solution.chunks_exact(self.basis.rank()).zip(&self.basis.forces);
+        cases.map(|(y, forces)| dot(y, forces)).sum::<f64>().sqrt()
+    }
+
     /// Workspace of [`Walker::bound`].
     pub fn bound_workspace(certificate: &Certificate) -> Vec<f64> {
         vec![0.0; certificate.workspace()]
@@ -127,10 +133,7 @@ impl Objective for Walker<'_> {
         if !self.inside {
             return Ok(f64::INFINITY);
         }
-        self.factor.fill(0.0);
-        for (phi, stiffness) in phi.iter().zip(self.basis.stiffness.chunks_exact(packed::len(r))) {
-            packed::add(*phi, stiffness, &mut self.factor);
-        }
+        packed::combine(phi, &self.basis.stiffness, &mut self.factor);
         if let Err(dof) = packed::factor(&mut self.factor, r) {
             self.inside = false;
             return Err(Error::NotPositiveDefinite { dof });
@@ -161,7 +164,8 @@ impl Objective for Walker<'_> {
         self.solution.iter_mut().for_each(|y| *y /= best);
         self.scale *= best;
         phi.copy_from_slice(&self.phi);
-        self.distance()
+        self.inside = self.trust.is_none_or(|trust| trust.contains(phi));
+        if self.inside { self.distance() } else { f64::INFINITY }
     }
 
     fn linearise(&mut self, residual: &mut Vec<f64>, jacobian: &mut Vec<f64>) -> Result<()> {
