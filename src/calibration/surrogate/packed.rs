@@ -14,6 +14,7 @@ pub fn start(r: usize, j: usize) -> usize {
 }
 
 /// out += factor * x.
+#[inline]
 pub fn add(factor: f64, x: &[f64], out: &mut [f64]) {
     for (out, x) in out.iter_mut().zip(x) {
         *out += factor * x;
@@ -21,6 +22,7 @@ pub fn add(factor: f64, x: &[f64], out: &mut [f64]) {
 }
 
 /// out += sum of factors[i] * x_i for four vectors at once: one pass over `out` instead of four.
+#[inline]
 fn add_four(factors: [f64; 4], x: [&[f64]; 4], out: &mut [f64]) {
     let n = out.len();
     let [a, b, c, d] = x.map(|x| &x[..n]);
@@ -44,6 +46,7 @@ pub fn combine(factors: &[f64], x: &[f64], out: &mut [f64]) {
 }
 
 /// Sum of products in eight interleaved partial sums, which the processor adds side by side.
+#[inline]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
