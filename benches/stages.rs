@@ -9,15 +9,20 @@
 use std::hint::black_box;
 use std::sync::Arc;
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, BenchmarkId, Criterion, criterion_group, criterion_main};
 use springfit::calibration::objective::Objective;
 use springfit::calibration::objectives::displacement::{Displacement, Target, weights};
-use springfit::dense;
+use springfit::calibration::surrogate::certificate::Certificate;
+use springfit::calibration::surrogate::galerkin::Galerkin;
+use springfit::calibration::surrogate::walker::Walker;
+use springfit::dense::LeastSquares;
 use springfit::reference::{Reference, stiffness};
 use springfit::scene::{self, Scene, Source};
 use springfit::sparse::cholesky::{Factor, Symbolic};
 use springfit::sparse::ordering::nested_dissection;
 use springfit::springs::affine::{self, AffineStiffness};
+use springfit::springs::solver::SpringOperator;
 use springfit::springs::{bounds, grouping};
 use springfit::study::body::{self, Body};
 use springfit::study::loads::{self, LoadCase};
@@ -28,13 +33,13 @@ struct Cube {
     loads: Vec<LoadCase>,
     lattice: Lattice,
     reference: Reference,
-    stiffness: AffineStiffness,
+    operator: SpringOperator<'static>,
     upper: Vec<f64>,
 }
 
 fn cube(n: usize) -> Cube {
     let text = format!(
-        "[geometry]\nshape = \"cube\"\ncontrol_points = [{n}, {n}, {n}]\n\
+        "[geometry]\nshape = \"cube\"\ncontrol_points = [{n}, {n}, {n}]\n[solver]\npath = \"direct\"\n\
          [material]\nyoung = 15e3\npoisson = 0.3333333333333333\n\
          [support]\nfaces = [\"z-\"]\n[[load]]\nforce_per_node = [80.0, -40.0, 40.0]\n"
     );
@@ -47,10 +52,11 @@ fn cube(n: usize) -> Cube {
     let reference =
         Reference::solve(&body.integration_points(), body.lame, &body.dofs, order, &forces).expect("solvable");
     let groups = (grouping::find("length").expect("known").group)(&lattice.network, 0.1).expect("legal gamma");
-    let stiffness =
-        AffineStiffness::new(&lattice.network, &groups, &lattice.coefficients, &body.dofs, &lattice.symbolic);
+    let symbolic = Arc::clone(lattice.symbolic.as_ref().expect("a path with factors"));
+    let stiffness = AffineStiffness::new(&lattice.network, &groups, &lattice.coefficients, &body.dofs, &symbolic);
+    let operator = SpringOperator::Assembled { stiffness, symbolic };
     let upper = bounds::upper_bounds(&lattice.network, &groups, &lattice.spring_bounds, scene.springs.law);
-    Cube { body, loads, lattice, reference, stiffness, upper }
+    Cube { body, loads, lattice, reference, operator, upper }
 }
 
 fn order(body: &Body, reach: usize) -> Vec<u32> {
@@ -72,7 +78,8 @@ fn id(stage: &str, n: usize) -> BenchmarkId {
 
 /// Assembly, analysis, value update, factorisation.
 fn systems(criterion: &mut Criterion, n: usize, cube: &Cube) {
-    let Cube { body, loads, lattice, stiffness: springs, upper, .. } = cube;
+    let Cube { body, loads, lattice, operator, upper, .. } = cube;
+    let (springs, symbolic) = operator.assembled().expect("a path with factors");
     let mut group = criterion.benchmark_group("stages");
     group.sample_size(10);
 
@@ -90,7 +97,7 @@ fn systems(criterion: &mut Criterion, n: usize, cube: &Cube) {
 
     let phi: Vec<f64> = upper.iter().map(|u| 0.1 * u).collect();
     let forces = &loads[0].load.forces;
-    let mut factor = Factor::new(Arc::clone(&lattice.symbolic));
+    let mut factor = Factor::new(Arc::clone(symbolic));
     let mut u = vec![0.0; forces.len()];
     group.bench_function(id("value update", n), |b| {
         b.iter(|| springs.assemble_into(black_box(&phi), factor.values_mut()));
@@ -98,7 +105,7 @@ fn systems(criterion: &mut Criterion, n: usize, cube: &Cube) {
     springs.assemble_into(&phi, factor.values_mut());
     factor.refactor().expect("positive definite");
     let error = factor.solve(forces, &mut u).expect("solvable");
-    println!("{n}^3: backward error {error:.1e}, {:.3e} flop a factorisation", lattice.symbolic.factor_flops());
+    println!("{n}^3: backward error {error:.1e}, {:.3e} flop a factorisation", symbolic.factor_flops());
     group.bench_function(id("refactor + solve", n), |b| {
         b.iter(|| {
             factor.refactor().expect("positive definite");
@@ -110,19 +117,13 @@ fn systems(criterion: &mut Criterion, n: usize, cube: &Cube) {
 
 /// One annealing evaluation and one Gauss-Newton iteration.
 fn fits(criterion: &mut Criterion, n: usize, cube: &Cube) {
-    let Cube { body, loads, lattice, reference, stiffness, upper } = cube;
+    let Cube { body, loads, reference, operator, upper, .. } = cube;
     let mut group = criterion.benchmark_group("stages");
     group.sample_size(10);
     let case = &reference.cases[0];
     let weights = weights(&[case.u_max], body.dofs.masters().count());
-    let target = Target {
-        stiffness,
-        symbolic: &lattice.symbolic,
-        upper,
-        forces: &loads[0].load.forces,
-        reference: &case.displacement,
-        weights: &weights,
-    };
+    let target =
+        Target { operator, upper, forces: &loads[0].load.forces, reference: &case.displacement, weights: &weights };
     let phi: Vec<f64> = upper.iter().map(|u| 0.1 * u).collect();
     let mut objective = Displacement::new(target);
     println!("{n}^3: error at 0.1 of the bounds {:.3} %", objective.error(&phi).expect("positive definite"));
@@ -134,12 +135,43 @@ fn fits(criterion: &mut Criterion, n: usize, cube: &Cube) {
         b.iter(|| {
             objective.error(black_box(&phi)).expect("positive definite");
             objective.linearise(&mut residual, &mut jacobian).expect("solvable");
-            let gram = dense::gram(&jacobian, residual.len(), phi.len());
-            let gradient = dense::transposed_product(&jacobian, &residual);
-            dense::minimise_in_box(&gram, &gradient, &vec![-1e9; phi.len()], &vec![1e9; phi.len()])
+            let model = LeastSquares::new(&jacobian, residual.len(), phi.len());
+            let (weights, gradient) = (model.column_squares(), model.transposed(&residual));
+            model.minimise_in_box(&weights, &gradient, &vec![-1e9; phi.len()], &vec![1e9; phi.len()])
         });
     });
+    surrogate(&mut group, n, &mut objective, &jacobian);
     group.finish();
+}
+
+/// One evaluation of a surrogate with 20 columns, and of its bound.
+fn surrogate(group: &mut BenchmarkGroup<WallTime>, n: usize, objective: &mut Displacement, derivatives: &[f64]) {
+    let target = objective.target();
+    let mut phi: Vec<f64> = target.upper.iter().map(|u| 0.1 * u).collect();
+    let mut basis = Galerkin::new(target).expect("a path with factors");
+    basis.enrich(derivatives);
+    for step in 0.. {
+        if basis.rank() >= 20 {
+            break;
+        }
+        let a = step % phi.len();
+        phi[a] *= 0.6;
+        objective.error(&phi).expect("positive definite");
+        basis.enrich(objective.displacement());
+    }
+    let mut certificate = Certificate::new(target, &phi).expect("positive definite");
+    certificate.extend(&basis);
+    let mut image = Walker::bound_workspace(&certificate);
+    let mut walker = Walker::new(&basis, None);
+    phi[0] *= 1.7;
+    let errors = (objective.error(&phi).expect("positive definite"), walker.error(&phi).expect("positive definite"));
+    println!("{n}^3: r = {}, error {:.9} %, of the surrogate {:.9} %", basis.rank(), errors.0, errors.1);
+    group.bench_function(id("surrogate evaluation", n), |b| {
+        b.iter(|| walker.error(black_box(&phi)).expect("positive definite"));
+    });
+    group.bench_function(id("surrogate bound", n), |b| {
+        b.iter(|| walker.bound(black_box(&certificate), &mut image));
+    });
 }
 
 criterion_group!(benches, stages);

@@ -1,30 +1,29 @@
-//! Small dense problems: the Gram matrix of a Jacobian, and a quadratic minimised in a box.
+//! Small dense problems: a damped linear least-squares step inside a box.
 //!
 //! A damped Gauss-Newton step d solves
 //!
-//! min 1/2 d^T H d + g^T d, lower <= d <= upper, H = J^T J + damping (m x m, positive definite).
+//! min 1/2 |J d|^2 + 1/2 sum_i w_i d_i^2 + g^T d,   lower <= d <= upper,
 //!
-//! [`minimise_in_box`] is the projected Newton method of D. P. Bertsekas (SIAM J. Control Optim. 20, 1982): variables
-//! pressed against a bound are held, the others take a Newton step, the step is projected into the box and halved until
-//! the quadratic falls. It ends when a full step changes nothing, usually after a handful of passes.
+//! with the Jacobian J (rows x m) and the damping w_i > 0. [`LeastSquares::minimise_in_box`] is the projected Newton
+//! method of D. P. Bertsekas (SIAM J. Control Optim. 20, 1982): variables pressed against a bound are held, the others
+//! take a Newton step, the step is projected into the box and halved until the quadratic falls. It ends when a full step
+//! changes nothing, usually after a handful of passes.
+//!
+//! The Newton step of the free variables F solves (J_F^T J_F + W_F) p = -q, with W = diag(w). With more free variables than rows (one group a
+//! spring) the same p comes from a rows x rows system by the identity of Woodbury:
+//!
+//! p = -W^-1 q + W^-1 J^T (I + J W^-1 J^T)^-1 J W^-1 q.
 
 use std::ops::Range;
 
 use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::matmul::matmul;
 use faer::linalg::qr::no_pivoting::factor as qr;
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 
-/// H = J^T J for a Jacobian J (rows x columns, column-major); returns columns x columns, row-major.
-///
-/// # Panics
-/// When the length of `jacobian` is not rows times columns.
-pub fn gram(jacobian: &[f64], rows: usize, columns: usize) -> Vec<f64> {
-    let j = MatRef::from_column_major_slice(jacobian, rows, columns);
-    let mut h = Mat::<f64>::zeros(columns, columns);
-    faer::linalg::matmul::matmul(h.as_mut(), Accum::Replace, j.transpose(), j, 1.0, Par::Seq);
-    (0..columns * columns).map(|i| h[(i / columns, i % columns)]).collect()
-}
+/// Passes after which a step is good enough: it lies in the box and lowers the quadratic, and the next step corrects it.
+const PASSES: usize = 100;
 
 /// The products of the columns of a matrix with its columns from `first` on, over some of its rows: entry (i, j) of the
 /// result (columns x (columns - first), column-major) is M_i . M_(first + j). The matrix is column-major with `stride`
@@ -59,82 +58,153 @@ pub fn triangle_of(matrix: &[f64], rows: usize) -> Vec<f64> {
     (0..columns).flat_map(|j| (0..rows.min(j + 1)).map(move |i| (i, j))).map(|at| reflected[at]).collect()
 }
 
-/// J^T r for a column-major Jacobian.
-pub fn transposed_product(jacobian: &[f64], residual: &[f64]) -> Vec<f64> {
-    jacobian.chunks_exact(residual.len()).map(|column| dot(column, residual)).collect()
-}
-
 /// Sum of products.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The minimiser of 1/2 d^T H d + g^T d in the box; H symmetric (m x m, row-major), lower <= 0 <= upper. `None` when H is
-/// not positive definite on the free variables.
-///
-/// # Panics
-/// When the slices do not fit together.
-pub fn minimise_in_box(h: &[f64], g: &[f64], lower: &[f64], upper: &[f64]) -> Option<Vec<f64>> {
-    let m = g.len();
-    assert_eq!(h.len(), m * m, "a square matrix of the length of the gradient");
-    let mut d = vec![0.0; m];
-    let value = |d: &[f64], gradient: &[f64]| {
-        0.5 * d.iter().zip(gradient.iter().zip(g)).map(|(d, (q, g))| d * (q + g)).sum::<f64>()
-    };
-    for _ in 0..20 + 10 * m {
-        let gradient = gradient_at(h, g, &d);
-        let free: Vec<usize> = (0..m)
-            .filter(|&i| !((d[i] <= lower[i] && gradient[i] >= 0.0) || (d[i] >= upper[i] && gradient[i] <= 0.0)))
-            .collect();
-        if free.is_empty() {
-            return Some(d);
-        }
-        let step = newton_step(h, &gradient, &free)?;
-        let before = value(&d, &gradient);
-        let mut length = 1.0;
-        let moved = loop {
-            let mut trial = d.clone();
-            for (&i, s) in free.iter().zip(&step) {
-                trial[i] = (d[i] + length * s).clamp(lower[i], upper[i]);
-            }
-            if trial == d || length < 1e-12 {
-                return Some(d);
-            }
-            let descent: f64 = trial.iter().zip(&d).zip(&gradient).map(|((t, d), q)| (t - d) * q).sum();
-            if value(&trial, &gradient_at(h, g, &trial)) <= before + 1e-4 * descent {
-                break trial;
-            }
-            length *= 0.5;
-        };
-        let unclipped = length == 1.0 && free.iter().zip(&step).all(|(&i, s)| moved[i] == d[i] + s);
-        d = moved;
-        if unclipped && optimal(h, g, &d, lower, upper) {
-            return Some(d);
-        }
+/// The quadratic part of a linear least-squares problem, prepared for several dampings.
+pub struct LeastSquares {
+    /// Rows x m.
+    jacobian: Mat<f64>,
+    /// J^T J, when J has at least as many rows as columns.
+    gram: Option<Mat<f64>>,
+}
+
+impl LeastSquares {
+    /// Takes a Jacobian (rows x columns, column-major).
+    ///
+    /// # Panics
+    /// When the length of `jacobian` is not rows times columns.
+    pub fn new(jacobian: &[f64], rows: usize, columns: usize) -> Self {
+        let jacobian = MatRef::from_column_major_slice(jacobian, rows, columns).to_owned();
+        let gram = (columns <= rows).then(|| product(jacobian.transpose(), jacobian.as_ref()));
+        Self { jacobian, gram }
     }
-    Some(d)
+
+    /// Squared norm of every column.
+    pub fn column_squares(&self) -> Vec<f64> {
+        (0..self.jacobian.ncols()).map(|j| self.jacobian.col(j).squared_norm_l2()).collect()
+    }
+
+    /// J^T r.
+    pub fn transposed(&self, residual: &[f64]) -> Vec<f64> {
+        let r = MatRef::from_column_major_slice(residual, residual.len(), 1);
+        to_vec(&product(self.jacobian.transpose(), r))
+    }
+
+    /// |J d|^2.
+    pub fn square(&self, d: &[f64]) -> f64 {
+        let d = MatRef::from_column_major_slice(d, d.len(), 1);
+        product(self.jacobian.as_ref(), d).squared_norm_l2()
+    }
+
+    /// The minimiser in the box; all slices of length m, weights positive, lower <= 0 <= upper. `None` when a Newton
+    /// system is not positive definite (a Jacobian that is not finite, or no damping on columns that depend on each
+    /// other).
+    ///
+    /// # Panics
+    /// When the slices do not fit together.
+    pub fn minimise_in_box(&self, weights: &[f64], g: &[f64], lower: &[f64], upper: &[f64]) -> Option<Vec<f64>> {
+        let m = self.jacobian.ncols();
+        assert!([weights.len(), g.len(), lower.len(), upper.len()] == [m; 4], "one number for every column");
+        let mut d = vec![0.0; m];
+        let mut gradient = g.to_vec();
+        for _ in 0..PASSES {
+            let free: Vec<usize> = (0..m)
+                .filter(|&i| !(d[i] <= lower[i] && gradient[i] >= 0.0 || d[i] >= upper[i] && gradient[i] <= 0.0))
+                .collect();
+            if free.is_empty() {
+                break;
+            }
+            let step = self.newton_step(weights, &gradient, &free)?;
+            let before = value(&d, &gradient, g);
+            let mut length = 1.0;
+            loop {
+                let mut trial = d.clone();
+                for (&i, s) in free.iter().zip(&step) {
+                    trial[i] = (d[i] + length * s).clamp(lower[i], upper[i]);
+                }
+                if trial == d || length < 1e-12 {
+                    return Some(d);
+                }
+                let there = self.gradient(weights, g, &trial);
+                let descent: f64 = trial.iter().zip(&d).zip(&gradient).map(|((t, d), q)| (t - d) * q).sum();
+                if value(&trial, &there, g) <= before + 1e-4 * descent {
+                    let whole = length == 1.0 && free.iter().zip(&step).all(|(&i, s)| trial[i] == d[i] + s);
+                    (d, gradient) = (trial, there);
+                    if whole && stays(&d, &gradient, lower, upper) {
+                        return Some(d);
+                    }
+                    break;
+                }
+                length *= 0.5;
+            }
+        }
+        Some(d)
+    }
+
+    /// J^T J d + W d + g.
+    fn gradient(&self, weights: &[f64], g: &[f64], d: &[f64]) -> Vec<f64> {
+        let column = MatRef::from_column_major_slice(d, d.len(), 1);
+        let bent = match &self.gram {
+            Some(gram) => product(gram.as_ref(), column),
+            None => product(self.jacobian.transpose(), product(self.jacobian.as_ref(), column).as_ref()),
+        };
+        (0..d.len()).map(|i| bent[(i, 0)] + weights[i] * d[i] + g[i]).collect()
+    }
+
+    /// The Newton step of the free variables.
+    fn newton_step(&self, weights: &[f64], gradient: &[f64], free: &[usize]) -> Option<Vec<f64>> {
+        let rows = self.jacobian.nrows();
+        let right = Mat::from_fn(free.len(), 1, |i, _| -gradient[free[i]]);
+        if free.len() > rows {
+            return self.dual_step(weights, &right, free);
+        }
+        let mut block = match &self.gram {
+            Some(gram) => Mat::from_fn(free.len(), free.len(), |i, j| gram[(free[i], free[j])]),
+            None => {
+                let columns = Mat::from_fn(rows, free.len(), |i, j| self.jacobian[(i, free[j])]);
+                product(columns.transpose(), columns.as_ref())
+            }
+        };
+        (0..free.len()).for_each(|i| block[(i, i)] += weights[free[i]]);
+        let factor = Llt::new(block.as_ref(), Side::Lower).ok()?;
+        Some(to_vec(&factor.solve(&right)))
+    }
+
+    /// The same step from a rows x rows system (module page).
+    fn dual_step(&self, weights: &[f64], right: &Mat<f64>, free: &[usize]) -> Option<Vec<f64>> {
+        let rows = self.jacobian.nrows();
+        let columns = Mat::from_fn(rows, free.len(), |i, j| self.jacobian[(i, free[j])]);
+        let scaled = Mat::from_fn(rows, free.len(), |i, j| columns[(i, j)] / weights[free[j]]);
+        let mut system = product(scaled.as_ref(), columns.transpose());
+        (0..rows).for_each(|i| system[(i, i)] += 1.0);
+        let factor = Llt::new(system.as_ref(), Side::Lower).ok()?;
+        let inner = factor.solve(&product(scaled.as_ref(), right.as_ref()));
+        let back = product(scaled.transpose(), inner.as_ref());
+        Some((0..free.len()).map(|i| right[(i, 0)] / weights[free[i]] - back[(i, 0)]).collect())
+    }
 }
 
-/// H d + g.
-fn gradient_at(h: &[f64], g: &[f64], d: &[f64]) -> Vec<f64> {
-    h.chunks_exact(d.len()).zip(g).map(|(row, g)| dot(row, d) + g).collect()
+/// The quadratic at d from its gradient there: 1/2 d.(gradient + g).
+fn value(d: &[f64], gradient: &[f64], g: &[f64]) -> f64 {
+    0.5 * (dot(d, gradient) + dot(d, g))
 }
 
-/// True when no held variable wants to leave its bound (the free ones are at their minimum).
-fn optimal(h: &[f64], g: &[f64], d: &[f64], lower: &[f64], upper: &[f64]) -> bool {
-    let gradient = gradient_at(h, g, d);
-    let leaves = |i: usize| (d[i] <= lower[i] && gradient[i] < 0.0) || (d[i] >= upper[i] && gradient[i] > 0.0);
-    !(0..d.len()).any(leaves)
+/// True when no variable at a bound wants to leave it.
+fn stays(d: &[f64], gradient: &[f64], lower: &[f64], upper: &[f64]) -> bool {
+    !(0..d.len()).any(|i| d[i] <= lower[i] && gradient[i] < 0.0 || d[i] >= upper[i] && gradient[i] > 0.0)
 }
 
-/// The Newton step of the free variables.
-fn newton_step(h: &[f64], gradient: &[f64], free: &[usize]) -> Option<Vec<f64>> {
-    let m = gradient.len();
-    let block = Mat::from_fn(free.len(), free.len(), |i, j| h[free[i] * m + free[j]]);
-    let right = Mat::from_fn(free.len(), 1, |i, _| -gradient[free[i]]);
-    let factor = Llt::new(block.as_ref(), Side::Lower).ok()?;
-    let step = factor.solve(&right);
-    Some((0..free.len()).map(|i| step[(i, 0)]).collect())
+fn product(a: MatRef<f64>, b: MatRef<f64>) -> Mat<f64> {
+    let mut c = Mat::zeros(a.nrows(), b.ncols());
+    matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
+    c
+}
+
+fn to_vec(column: &Mat<f64>) -> Vec<f64> {
+    (0..column.nrows()).map(|i| column[(i, 0)]).collect()
 }
 
 #[cfg(test)]
@@ -145,24 +215,29 @@ mod tests {
 
     #[test]
     fn the_unconstrained_minimum_is_the_newton_step() {
-        let h = [4.0, 1.0, 1.0, 3.0];
-        let d = minimise_in_box(&h, &[1.0, 2.0], &[-9.0; 2], &[9.0; 2]).expect("definite");
+        // J^T J + W = [[4, 1], [1, 3]]
+        let problem = LeastSquares::new(&[1.0, 1.0, 1.0, 0.0], 2, 2);
+        let d = problem.minimise_in_box(&[2.0, 2.0], &[1.0, 2.0], &[-9.0; 2], &[9.0; 2]).expect("definite");
         assert!((d[0] + 1.0 / 11.0).abs() < 1e-15 && (d[1] + 7.0 / 11.0).abs() < 1e-15, "{d:?}");
-        assert!(minimise_in_box(&[1.0, 2.0, 2.0, 1.0], &[1.0, 1.0], &[-1.0; 2], &[1.0; 2]).is_none());
+        let broken = LeastSquares::new(&[f64::NAN, 1.0], 2, 1);
+        assert!(broken.minimise_in_box(&[1.0], &[1.0], &[-1.0], &[1.0]).is_none());
     }
 
     proptest! {
+        /// Tall and wide Jacobians: the wide ones take the rows x rows system.
         #[test]
-        fn the_minimum_in_a_box_satisfies_the_conditions_of_karush_kuhn_and_tucker(seed in 0u64..2000, m in 1usize..20) {
+        fn the_minimum_in_a_box_satisfies_the_conditions_of_karush_kuhn_and_tucker(
+            seed in 0u64..2000, m in 1usize..20, rows in 1usize..24
+        ) {
             let mut stream = Stream::new(seed, 0, 0);
-            let rows = m + 2;
             let jacobian: Vec<f64> = (0..rows * m).map(|_| stream.normal()).collect();
             let residual: Vec<f64> = (0..rows).map(|_| stream.normal()).collect();
-            let (h, g) = (gram(&jacobian, rows, m), transposed_product(&jacobian, &residual));
+            let problem = LeastSquares::new(&jacobian, rows, m);
+            let (weights, g) = (vec![0.01; m], problem.transposed(&residual));
             let lower: Vec<f64> = (0..m).map(|_| -0.3 * stream.uniform()).collect();
             let upper: Vec<f64> = (0..m).map(|_| 0.3 * stream.uniform()).collect();
-            let d = minimise_in_box(&h, &g, &lower, &upper).expect("a Gram matrix of full rank");
-            let gradient = gradient_at(&h, &g, &d);
+            let d = problem.minimise_in_box(&weights, &g, &lower, &upper).expect("damped, so definite");
+            let gradient = problem.gradient(&weights, &g, &d);
             let size = g.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
             for i in 0..m {
                 prop_assert!(d[i] >= lower[i] && d[i] <= upper[i]);

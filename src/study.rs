@@ -24,7 +24,8 @@ use crate::export::{self, Calibrated, EXPORTERS};
 use crate::reference::Reference;
 use crate::scene::{Masses, Scene};
 use crate::sparse::ordering::nested_dissection;
-use crate::springs::{damping, masses};
+
+use crate::springs::{damping, masses, solver};
 
 use body::Body;
 use fit::{Calibration, Given};
@@ -112,20 +113,29 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
 
     let watch = Stopwatch::start();
     progress.enter("springs", 0);
-    let lattice = network::build(&scene, &body)?;
+    let mut lattice = network::build(&scene, &body)?;
     progress.check()?;
     timed("springs", watch);
 
     let watch = Stopwatch::start();
-    let calibration = fit::calibrate(
-        Given { scene: &scene, body: &body, loads: &loads, reference: &reference, lattice: &lattice },
-        progress,
-    )?;
+    let fit_on = |lattice: &Lattice| {
+        let given = Given { scene: &scene, body: &body, loads: &loads, reference: &reference, lattice };
+        fit::calibrate(given, progress)
+    };
+    let calibration = match fit_on(&lattice) {
+        // groups far apart can make a body hard that a trial with equal springs took for easy
+        Err(Error::Inaccurate { .. }) if lattice.symbolic.is_none() && scene.solver.path == solver::Path::Auto => {
+            lattice = lattice.analysed(&scene, &body, Some("it did not converge for the groups of this body"))?;
+            fit_on(&lattice)
+        }
+        outcome => outcome,
+    }?;
     timed("calibration", watch);
 
     let dynamics = dynamics_data(&scene, &body, &lattice, &calibration)?;
     let mut warnings = body.warnings.clone();
     warnings.extend(lattice.warnings.iter().cloned());
+    warnings.extend(calibration.warning());
     Ok(Study { scene, body, loads, reference, lattice, calibration, dynamics, warnings, seconds })
 }
 

@@ -1,6 +1,7 @@
 //! The surrogate against the exact objective: exactness at snapshots, the bound never below the true error, the best
 //! known errors of `reference/objects.json`, the same bits for any number of threads.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use serde_json::Value;
@@ -11,12 +12,14 @@ use springfit::calibration::surrogate::certificate::Certificate;
 use springfit::calibration::surrogate::galerkin::Galerkin;
 use springfit::calibration::surrogate::walker::Walker;
 use springfit::clock::Progress;
+use springfit::geometry::dofs::DofMap;
 use springfit::reference::Reference;
 use springfit::rng::Stream;
 use springfit::scene::{self, Scene, Source};
 use springfit::sparse::ordering::nested_dissection;
 use springfit::springs::affine::AffineStiffness;
 use springfit::springs::grouping::{Group, Grouping};
+use springfit::springs::solver::{Path, SpringOperator};
 use springfit::springs::weighting::Weighting;
 use springfit::springs::{bounds, grouping};
 use springfit::study::loads::LoadCase;
@@ -25,8 +28,7 @@ use springfit::study::{body, loads, network};
 
 /// A body of method section 8 with its springs in length groups.
 struct Case {
-    stiffness: AffineStiffness,
-    lattice: Lattice,
+    operator: SpringOperator<'static>,
     loads: Vec<LoadCase>,
     reference: Vec<f64>,
     weights: Vec<f64>,
@@ -50,18 +52,26 @@ fn weighted_case(shape: &str, gamma: f64, weighting: Weighting) -> Case {
     let reference =
         Reference::solve(&body.integration_points(), body.lame, &body.dofs, order, &forces).expect("solvable");
     let groups = (grouping::find("length").expect("known").group)(&lattice.network, gamma).expect("legal gamma");
-    let stiffness =
-        AffineStiffness::new(&lattice.network, &groups, &lattice.coefficients, &body.dofs, &lattice.symbolic);
+    let operator = operator(&lattice, &groups, &body.dofs);
     let upper = bounds::upper_bounds(&lattice.network, &groups, &lattice.spring_bounds, scene.springs.law);
     let weights = weights(&[reference.cases[0].u_max], body.dofs.masters().count());
-    Case { stiffness, lattice, loads, reference: reference.cases[0].displacement.clone(), weights, upper }
+    Case { operator, loads, reference: reference.cases[0].displacement.clone(), weights, upper }
+}
+
+fn operator(lattice: &Lattice, groups: &Grouping, dofs: &DofMap) -> SpringOperator<'static> {
+    let symbolic = Arc::clone(lattice.symbolic.as_ref().expect("a path with factors"));
+    let stiffness = AffineStiffness::new(&lattice.network, groups, &lattice.coefficients, dofs, &symbolic);
+    SpringOperator::Assembled { stiffness, symbolic }
 }
 
 impl Case {
+    fn springs(&self) -> &AffineStiffness {
+        self.operator.assembled().expect("a path with factors").0
+    }
+
     fn target(&self) -> Target<'_> {
         Target {
-            stiffness: &self.stiffness,
-            symbolic: &self.lattice.symbolic,
+            operator: &self.operator,
             upper: &self.upper,
             forces: &self.loads[0].load.forces,
             reference: &self.reference,
@@ -76,7 +86,7 @@ impl Case {
     /// A basis of the solution and derivatives at the centre and of solutions at `snapshots` random states.
     fn basis(&self, snapshots: usize, decades: f64) -> (Galerkin<'_>, Vec<Vec<f64>>) {
         let mut exact = Displacement::new(self.target());
-        let mut basis = Galerkin::new(self.target());
+        let mut basis = Galerkin::new(self.target()).expect("assembled");
         let mut states = vec![self.centre()];
         let mut stream = Stream::new(5, 0, 0);
         states.extend((0..snapshots).map(|_| near(&self.centre(), decades, &mut stream)));
@@ -93,10 +103,18 @@ impl Case {
     }
 
     fn run(&self, optimiser: &str, seed: u64, settings: &Settings) -> Outcome {
-        let make = || -> Box<dyn Objective + '_> { Box::new(Displacement::new(self.target())) };
+        let worker = || Displacement::new(self.target());
+        let make = || -> Box<dyn Objective + '_> { Box::new(worker()) };
         let progress = Progress::default();
-        let displacement = Some(self.target());
-        let problem = Problem { make: &make, displacement, upper: &self.upper, seed, index: 0, progress: &progress };
+        let problem = Problem {
+            make: &make,
+            displacement: Some(&worker),
+            upper: &self.upper,
+            seed,
+            index: 0,
+            side_by_side: true,
+            progress: &progress,
+        };
         (find(optimiser).expect("in the table").run)(&problem, settings).expect("a well-posed problem")
     }
 }
@@ -174,7 +192,7 @@ fn the_bound_is_never_below_the_true_error_in_a_thousand_states() {
         let mut walker = Walker::new(&basis, None);
         let mut stream = Stream::new(9, 0, 0);
         let (mut energy, mut error) = (Spread::default(), Spread::default());
-        let mut strain = vec![0.0; case.stiffness.unknowns()];
+        let mut strain = vec![0.0; case.springs().unknowns()];
         for _ in 0..1000 {
             let phi = near(&case.centre(), decades, &mut stream);
             let e = exact.error(&phi).expect("definite");
@@ -182,7 +200,7 @@ fn the_bound_is_never_below_the_true_error_in_a_thousand_states() {
             let bound = walker.bound(&certificate, &mut image);
             let difference: Vec<f64> =
                 exact.displacement().iter().zip(walker.displacement()).map(|(u, v)| u - v).collect();
-            case.stiffness.apply_all(&phi, &difference, &mut strain);
+            case.springs().apply_all(&phi, &difference, &mut strain);
             let true_energy = difference.iter().zip(&strain).map(|(u, f)| u * f).sum::<f64>().sqrt();
             assert!(bound.energy >= true_energy, "{shape} {gamma}: {bound:?} {true_energy:e}");
             assert!(bound.error >= (e - s).abs(), "{shape} {gamma}: {bound:?} {e} {s}");
@@ -326,6 +344,7 @@ fn online_cost(n: usize, parts: usize, r: usize) -> (f64, f64, f64) {
     let template = scene::template("cube").expect("a shape");
     let mut scene: Scene = scene::parse(&Source { name: "cube".into(), text: template }).expect("valid");
     scene.geometry.control_points = Some(vec![n; 3]);
+    scene.solver.path = Path::Direct;
     let body = body::build(&scene).expect("a body");
     let loads = loads::build(&scene, &body).expect("loads");
     let lattice = network::build(&scene, &body).expect("a network");
@@ -335,14 +354,13 @@ fn online_cost(n: usize, parts: usize, r: usize) -> (f64, f64, f64) {
     let count = |a: usize| group_of.iter().filter(|&&g| g as usize == a).count();
     let group = |a: usize| Group { name: a.to_string(), springs: count(a), length: 1.0 };
     let groups = Grouping { groups: (0..length.groups.len() * parts).map(group).collect(), group_of };
-    let Lattice { network, coefficients, symbolic, spring_bounds, .. } = &lattice;
-    let stiffness = AffineStiffness::new(network, &groups, coefficients, &body.dofs, symbolic);
-    let upper = bounds::upper_bounds(network, &groups, spring_bounds, scene.springs.law);
+    let operator = operator(&lattice, &groups, &body.dofs);
+    let upper = bounds::upper_bounds(&lattice.network, &groups, &lattice.spring_bounds, scene.springs.law);
     let forces = &loads[0].load.forces;
-    let target = Target { stiffness: &stiffness, symbolic, upper: &upper, forces, reference: forces, weights: &[1.0] };
+    let target = Target { operator: &operator, upper: &upper, forces, reference: forces, weights: &[1.0] };
     let phi: Vec<f64> = upper.iter().map(|upper| 0.1 * upper).collect();
     let mut stream = Stream::new(1, 0, 0);
-    let mut basis = Galerkin::new(target);
+    let mut basis = Galerkin::new(target).expect("assembled");
     (0..r).for_each(|_| {
         let column: Vec<f64> = forces.iter().map(|_| stream.normal()).collect();
         basis.enrich(&column);

@@ -7,17 +7,28 @@
 
 use std::ops::AddAssign;
 
-use crate::calibration::objectives::displacement::Target;
+use rayon::prelude::*;
+
+use crate::calibration::objectives::displacement::Displacement;
 use crate::clock::Progress;
 use crate::error::Result;
+use crate::springs::solver::Work;
 
 /// How often the expensive things were done.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Errors asked for.
     pub evaluations: u64,
-    /// Factorisations of K(phi).
+    /// Factorisations of K(phi), in either precision.
     pub refactorisations: u64,
+    /// Factorisations in single precision among them.
+    pub single_refactorisations: u64,
+    /// Right-hand sides solved with the factor of an earlier phi.
+    pub stale_solves: u64,
+    /// Iterations of conjugate gradients.
+    pub cg_iterations: u64,
+    /// Times single precision failed and double precision took over.
+    pub fallbacks: u64,
     /// Right-hand sides solved for.
     pub solves: u64,
     /// Errors asked of a surrogate.
@@ -26,10 +37,22 @@ pub struct Counts {
     pub rejected: u64,
 }
 
+impl Counts {
+    /// These counts with the work of a solver as theirs.
+    pub fn with(self, work: Work) -> Self {
+        let Work { refactorisations, single_refactorisations, stale_solves, iterations, fallbacks } = work;
+        Self { refactorisations, single_refactorisations, stale_solves, cg_iterations: iterations, fallbacks, ..self }
+    }
+}
+
 impl AddAssign for Counts {
     fn add_assign(&mut self, other: Self) {
         self.evaluations += other.evaluations;
         self.refactorisations += other.refactorisations;
+        self.single_refactorisations += other.single_refactorisations;
+        self.stale_solves += other.stale_solves;
+        self.cg_iterations += other.cg_iterations;
+        self.fallbacks += other.fallbacks;
         self.solves += other.solves;
         self.surrogate_evaluations += other.surrogate_evaluations;
         self.rejected += other.rejected;
@@ -58,18 +81,29 @@ pub trait Objective {
     fn counts(&self) -> Counts;
 }
 
+/// Does `count` independent pieces of work, side by side or one after the other; results in their order.
+pub fn each<T: Send>(side_by_side: bool, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    match side_by_side {
+        true => (0..count).into_par_iter().map(&work).collect(),
+        false => (0..count).map(work).collect(),
+    }
+}
+
 /// A calibration problem as every optimiser is given it.
 pub struct Problem<'a> {
     /// Makes a worker.
     pub make: &'a (dyn Fn() -> Box<dyn Objective + 'a> + Sync),
-    /// The displacement problem behind `make`, when that is what it makes: surrogates are built from it.
-    pub displacement: Option<Target<'a>>,
+    /// Makes the same worker with its displacements in sight, when the objective is one of displacements: surrogates are
+    /// built from them.
+    pub displacement: Option<&'a (dyn Fn() -> Displacement<'a> + Sync)>,
     /// Upper bounds of phi, length m; the lower ones are 0.
     pub upper: &'a [f64],
     /// Seed of the run and index of the problem in its sweep: with the chain they make the random stream.
     pub seed: u64,
     /// Index of the problem in its sweep.
     pub index: usize,
+    /// True when starts and chains run side by side; false when each of them uses all threads itself.
+    pub side_by_side: bool,
     /// Where evaluations are counted, and whether to stop.
     pub progress: &'a Progress,
 }

@@ -7,8 +7,8 @@ use crate::error::Result;
 /// Settings of all optimisers; each reads what concerns it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Starting points of Gauss-Newton.
-    pub starts: usize,
+    /// Starting points of Gauss-Newton; `None`: as many as the groups ask for, see [`Settings::starts_for`].
+    pub starts: Option<usize>,
     /// Factorisations a start may spend.
     pub refactorisations: u64,
     /// Factorisations that the best start may spend beyond that.
@@ -28,7 +28,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            starts: 8,
+            starts: None,
             refactorisations: 20,
             polish: 80,
             tolerance: 1e-6,
@@ -44,6 +44,13 @@ impl Settings {
     /// The temperature of annealing when this fraction of the evaluations is spent.
     pub fn temperature(&self, first: f64, elapsed: f64) -> f64 {
         first * self.final_temperature.powf(elapsed)
+    }
+
+    /// Starting points for a problem of `groups` groups. Unless they are given: one for a single group, whose best
+    /// stiffness is known after one factorisation; otherwise 2 + 2 m and at most 32, for local minima come with groups.
+    pub fn starts_for(&self, groups: usize) -> usize {
+        let automatic = if groups == 1 { 1 } else { (2 + 2 * groups).min(32) };
+        self.starts.unwrap_or(automatic).max(1)
     }
 }
 
@@ -138,8 +145,10 @@ pub struct Optimiser {
     pub doc: &'static str,
     /// Runs all starts or chains of one problem.
     pub run: fn(&Problem, &Settings) -> Result<Outcome>,
-    /// Evaluations a problem takes at most, for the progress bar.
-    pub expected_evaluations: fn(&Settings) -> u64,
+    /// True when it forms the Jacobian (one column a group).
+    pub uses_jacobian: bool,
+    /// Evaluations that a problem of so many groups takes at most: the length of the progress bar.
+    pub expected_evaluations: fn(&Settings, usize) -> u64,
 }
 
 /// All optimisers.
@@ -148,19 +157,24 @@ pub const OPTIMISERS: &[Optimiser] = &[
         name: "gauss_newton",
         doc: "damped Gauss-Newton with the exact Jacobian and bounds, from several starts",
         run: gauss_newton::run,
-        expected_evaluations: |settings| settings.starts as u64 * settings.refactorisations + settings.polish,
+        uses_jacobian: true,
+        expected_evaluations: |settings, groups| {
+            settings.starts_for(groups) as u64 * settings.refactorisations + settings.polish
+        },
     },
     Optimiser {
         name: "annealing",
         doc: "simulated annealing (Algorithm 3.1), independent chains",
         run: annealing::run,
-        expected_evaluations: |settings| settings.evaluations,
+        uses_jacobian: false,
+        expected_evaluations: |settings, _| settings.evaluations,
     },
     Optimiser {
         name: "hybrid",
         doc: "annealing, then Gauss-Newton from the best state of each chain",
         run: hybrid::run,
-        expected_evaluations: |settings| {
+        uses_jacobian: true,
+        expected_evaluations: |settings, _| {
             settings.evaluations + settings.chains as u64 * settings.refactorisations + settings.polish
         },
     },
@@ -168,7 +182,8 @@ pub const OPTIMISERS: &[Optimiser] = &[
         name: "surrogate",
         doc: "annealing on a reduced basis with an error bound; what it finds is confirmed exactly",
         run: surrogate::run,
-        expected_evaluations: |settings| settings.evaluations,
+        uses_jacobian: true,
+        expected_evaluations: |settings, _| settings.evaluations,
     },
 ];
 

@@ -4,18 +4,13 @@
 //! problem: it is solved once, and both rows of the table show it. The distinct problems are independent and run in
 //! parallel, each with its own random streams.
 
-use std::sync::Arc;
-
-use rayon::prelude::*;
-
-use crate::calibration::objective::{Objective, Problem};
+use crate::calibration::objective::{Objective, Problem, each};
 use crate::calibration::objectives::displacement::{Displacement, Target};
 use crate::calibration::optimiser::{Optimiser, Outcome, Settings};
 use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
-use crate::sparse::cholesky::Symbolic;
-use crate::springs::affine::AffineStiffness;
 use crate::springs::grouping::Grouping;
+use crate::springs::solver::{self, SpringOperator};
 
 /// The values start, start - step, ... above 0, descending.
 ///
@@ -46,9 +41,9 @@ pub fn first_equal(groupings: &[Grouping]) -> Vec<usize> {
 }
 
 /// One distinct problem of a sweep.
-pub struct SweepProblem {
-    /// K(phi) with the groups of this problem.
-    pub stiffness: AffineStiffness,
+pub struct SweepProblem<'a> {
+    /// The springs with the groups of this problem.
+    pub operator: SpringOperator<'a>,
     /// Upper bounds of the groups.
     pub upper: Vec<f64>,
     /// Index of the first gamma that gives it; names its random streams.
@@ -58,24 +53,34 @@ pub struct SweepProblem {
 /// What all problems of a sweep share.
 #[derive(Clone, Copy)]
 pub struct Shared<'a> {
-    /// The analysis of the network's pattern.
-    pub symbolic: &'a Arc<Symbolic>,
     /// Forces of the fitted load cases (cases x n), N.
     pub forces: &'a [f64],
     /// Reference displacements (cases x n), m.
     pub reference: &'a [f64],
     /// Weights of the cases, see [`crate::calibration::objectives::displacement::weights`].
     pub weights: &'a [f64],
+    /// How K(phi) u = f is solved while the optimiser searches.
+    pub solver: &'a solver::Settings,
 }
 
 /// The answer to one distinct problem.
 pub struct Solved {
     /// What the optimiser found.
     pub outcome: Outcome,
-    /// Displacements of the fitted cases there (cases x n), m, from a fresh factorisation.
+    /// Displacements of the fitted cases there (cases x n), m, from a fresh solve with [`exact`] settings.
     pub displacement: Vec<f64>,
+    /// |e - e'| / e' of the optimiser's error e and the error e' of these displacements.
+    pub error_difference: f64,
     /// Seconds of the fit.
     pub seconds: f64,
+}
+
+/// How an answer is confirmed: by a factor in double precision, on a grid by a fresh solve to a tenth of the tolerance.
+pub fn exact(operator: &SpringOperator, search: &solver::Settings) -> solver::Settings {
+    match operator {
+        SpringOperator::Assembled { .. } => solver::Settings::DIRECT,
+        SpringOperator::OnGrid(_) => solver::Settings { tolerance: 0.1 * search.tolerance, ..*search },
+    }
 }
 
 /// Solves the distinct problems in parallel; answers in the order of the problems.
@@ -90,31 +95,37 @@ pub fn solve(
     seed: u64,
     progress: &Progress,
 ) -> Result<Vec<Solved>> {
-    let solve_one = |problem: &SweepProblem| -> Result<Solved> {
+    // a solve on a grid uses all threads itself, and its workers are large: one at a time
+    let side_by_side = problems.iter().all(|problem| matches!(problem.operator, SpringOperator::Assembled { .. }));
+    let solve_one = |i: usize| -> Result<Solved> {
+        let problem = &problems[i];
         let watch = Stopwatch::start();
         let target = Target {
-            stiffness: &problem.stiffness,
-            symbolic: shared.symbolic,
+            operator: &problem.operator,
             upper: &problem.upper,
             forces: shared.forces,
             reference: shared.reference,
             weights: shared.weights,
         };
-        let make = || -> Box<dyn Objective + '_> { Box::new(Displacement::new(target)) };
+        let worker = || Displacement::with_solver(target, shared.solver);
+        let make = || -> Box<dyn Objective + '_> { Box::new(worker()) };
         let given = Problem {
             make: &make,
-            displacement: Some(target),
+            displacement: Some(&worker),
             upper: &problem.upper,
             seed,
             index: problem.index,
+            side_by_side,
             progress,
         };
         let outcome = (optimiser.run)(&given, settings)?;
-        let mut exact = Displacement::new(target);
-        exact.error(&outcome.phi)?;
-        Ok(Solved { outcome, displacement: exact.displacement().to_vec(), seconds: watch.seconds() })
+        let mut exact = Displacement::with_solver(target, &exact(&problem.operator, shared.solver));
+        let error = exact.error(&outcome.phi)?;
+        let error_difference = if error > 0.0 { (outcome.error - error).abs() / error } else { outcome.error };
+        let displacement = exact.displacement().to_vec();
+        Ok(Solved { outcome, displacement, error_difference, seconds: watch.seconds() })
     };
-    problems.par_iter().map(solve_one).collect()
+    each(side_by_side, problems.len(), solve_one).into_iter().collect()
 }
 
 #[cfg(test)]

@@ -1,19 +1,31 @@
-//! `springfit list`: everything that a scene chooses by name.
+//! `springfit list`: everything that is chosen by name, in a scene or on the command line.
 
 use serde_json::{Map, Value, json};
-use springfit::scene::{KINDS, Kind, find_kind};
+use springfit::error::Error;
+use springfit::export::EXPORTERS;
+use springfit::scene::{Choice, KINDS, Kind};
 
 use super::{Result, terminal};
+
+/// What results are written with; the one table that no scene key chooses from.
+const EXPORTER_KIND: Kind = Kind { name: "exporters", key: "run --out", choices: exporters };
+
+fn exporters() -> Vec<Choice> {
+    EXPORTERS.iter().map(|exporter| Choice { name: exporter.name, doc: exporter.doc }).collect()
+}
 
 /// Prints one table, or all of them.
 ///
 /// # Errors
 /// An unknown table.
 pub fn run(kind: Option<&str>, json: bool) -> Result<()> {
-    let kinds: Vec<&Kind> = match kind {
-        Some(name) => vec![find_kind(name)?],
-        None => KINDS.iter().collect(),
-    };
+    let mut kinds: Vec<&Kind> = KINDS.iter().chain([&EXPORTER_KIND]).collect();
+    let names = kinds.iter().map(|kind| kind.name).collect::<Vec<_>>().join(", ");
+    kinds.retain(|table| kind.is_none_or(|name| name == table.name));
+    if kinds.is_empty() {
+        let message = format!("there is no table {}", kind.unwrap_or_default());
+        return Err(Error::input("KIND", message, format!("the tables are {names}")).into());
+    }
     let text = match json {
         true => format!("{:#}", Value::Object(kinds.iter().map(|kind| (kind.name.into(), table(kind))).collect())),
         false => kinds.iter().map(|kind| lines(kind)).collect::<Vec<_>>().join("\n"),

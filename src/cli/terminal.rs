@@ -17,7 +17,7 @@ pub fn prepare() {
     let _ = miette::set_hook(Box::new(move |_| Box::new(MietteHandlerOpts::new().wrap_lines(terminal).build())));
     std::panic::set_hook(Box::new(|panic| {
         let place = panic.location().map(|place| format!(" at {}:{}", place.file(), place.line())).unwrap_or_default();
-        let reason = panic.payload_as_str().unwrap_or("no reason given").replace('\n', " ");
+        let reason = reason_of(panic).replace('\n', " ");
         tell(&format!("internal error{place}: {reason}; please report it together with the scene"));
     }));
 }
@@ -59,4 +59,11 @@ pub fn report(error: &Located) {
         Error::Interrupted => tell("interrupted"),
         _ => tell(format!("{:?}", Report::new(error.clone())).trim_end()),
     }
+}
+
+/// What a panic says.
+fn reason_of<'a>(panic: &'a std::panic::PanicHookInfo) -> &'a str {
+    let payload = panic.payload();
+    let text = payload.downcast_ref::<&str>().copied().or_else(|| payload.downcast_ref::<String>().map(String::as_str));
+    text.unwrap_or("no reason given")
 }

@@ -9,12 +9,14 @@
 //! | [`loads`] | forces on nodes, tractions, body forces |
 //! | [`supports`] | do the supports hold the body |
 //! | [`statics`] | K u = f with a checked backward error |
+//! | [`matrix_free`] | K u = f on fine meshes: conjugate gradients on a K that is applied and not stored |
 //! | [`stress`] | displacement and stress at a place |
 //!
-//! [`Reference::solve`] puts them together. The room does not know that springs exist.
+//! [`Reference::solve`] puts them together and chooses between the two ways to solve. The room does not know that springs exist.
 
 pub mod loads;
 pub mod material;
+pub mod matrix_free;
 pub mod methods;
 pub mod points;
 mod quadrature;
@@ -30,22 +32,55 @@ use crate::error::Result;
 use crate::geometry::dofs::DofMap;
 use crate::reference::loads::Load;
 use crate::reference::material::Lame;
+use crate::reference::matrix_free::solve::{Limits, Splines};
 use crate::reference::points::IntegrationPoints;
 use crate::sparse::cholesky::Symbolic;
+
+/// Iterations after which conjugate gradients are given up and the matrix is factored.
+const ITERATIONS: usize = 1000;
+
+/// Free degrees of freedom from which on the iteration takes less time than the factorisation, in two and in three
+/// dimensions (measured on squares, cubes, spheroids and tori; in two dimensions it only saves memory).
+const ITERATE_FROM: [usize; 2] = [1_000_000, 3_000];
+
+/// |f - K u| / |f| that the iteration goes to: displacements then agree with the direct ones to 1e-10 or better.
+const TOLERANCE: f64 = 1e-12;
 
 /// The solved body: what a calibration compares springs with.
 #[derive(Debug, Clone)]
 pub struct Reference {
-    /// K over the free degrees of freedom in N/m, both triangles.
-    pub stiffness: CsrMatrix<f64>,
+    /// K over the free degrees of freedom in N/m, both triangles; absent when it was applied and not stored.
+    pub stiffness: Option<CsrMatrix<f64>>,
+    /// sqrt(sum of K_ij^2) over the free degrees of freedom, in N/m.
+    frobenius: f64,
+    /// How it was solved.
+    pub path: Path,
     /// One for each load case, in the order of the loads.
     pub cases: Vec<Case>,
     /// Volume in m^3, area in m^2 in two dimensions, as the quadrature of the stiffness sees it.
     pub measure: f64,
-    /// Largest componentwise backward error of the solutions.
+    /// Largest backward error of the solutions: componentwise on the direct path, normwise on the iterative one (see
+    /// [`matrix_free::solve::Iterated::backward_error`]).
     pub backward_error: f64,
-    /// Seconds for assembly, analysis, factorisation and solves.
+    /// Seconds for all of it.
     pub seconds: f64,
+}
+
+/// How a body was solved.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Path {
+    /// By a factorisation of K.
+    Direct {
+        /// Why not by iteration.
+        reason: &'static str,
+    },
+    /// By conjugate gradients on a K that is not stored.
+    Iterative {
+        /// Iterations of each load case.
+        iterations: Vec<usize>,
+        /// Largest |f - K u| / |f|, computed.
+        residual: f64,
+    },
 }
 
 /// The answer of the body to one load.
@@ -61,9 +96,19 @@ pub struct Case {
     pub u_norm2: f64,
 }
 
+/// Why [`Reference::solve`] would factor K, if it would; `None` when it would iterate.
+pub fn reason_to_factor(points: &IntegrationPoints, dofs: &DofMap) -> Option<&'static str> {
+    match points.splines() {
+        None => Some("the body is not a spline patch"),
+        Some(_) if dofs.len() < ITERATE_FROM[points.dimension() - 2] => Some("the body is small"),
+        Some(_) => None,
+    }
+}
+
 impl Reference {
-    /// Assembles K, factors it in the elimination order `order` (a permutation of the free degrees of freedom) and
-    /// solves for every load.
+    /// Solves for every load: by iteration where that is faster ([`reason_to_factor`]), otherwise, and where the
+    /// iteration does not converge, by a factorisation of K in the elimination order `order` (a permutation of the free
+    /// degrees of freedom).
     ///
     /// # Errors
     /// [`crate::error::Error::FoldedElement`], [`crate::error::Error::NotPositiveDefinite`],
@@ -75,24 +120,81 @@ impl Reference {
         order: Vec<u32>,
         loads: &[Load],
     ) -> Result<Self> {
+        if let Some(reason) = reason_to_factor(points, dofs) {
+            return Self::direct(points, lame, dofs, order, loads, reason);
+        }
+        match Self::iterative(points, lame, dofs, loads)? {
+            Some(reference) => Ok(reference),
+            None => Self::direct(points, lame, dofs, order, loads, "the iteration did not converge"),
+        }
+    }
+
+    /// Assembles K and factors it; `reason` is kept in the result.
+    ///
+    /// # Errors
+    /// Those of [`Reference::solve`].
+    pub fn direct(
+        points: &IntegrationPoints,
+        lame: Lame,
+        dofs: &DofMap,
+        order: Vec<u32>,
+        loads: &[Load],
+        reason: &'static str,
+    ) -> Result<Self> {
         let watch = Stopwatch::start();
         let pattern = stiffness::pattern(points, dofs);
         let stiffness = stiffness::stiffness(points, lame, dofs, &pattern)?;
         let symbolic = Symbolic::analyse(&pattern, order)?;
         let right: Vec<&[f64]> = loads.iter().map(|load| load.forces.as_slice()).collect();
         let solved = statics::solve(&stiffness, &symbolic, &right)?;
-        let cases = loads.iter().zip(solved.displacements).map(|(load, u)| Case::new(dofs, &load.forces, u)).collect();
-        let measure = points.measure()?;
-        Ok(Self { stiffness, cases, measure, backward_error: solved.backward_error, seconds: watch.seconds() })
+        Ok(Self {
+            frobenius: stiffness
+                .row_iter()
+                .map(|row| row.values().iter().map(|k| k * k).sum::<f64>())
+                .sum::<f64>()
+                .sqrt(),
+            stiffness: Some(stiffness),
+            path: Path::Direct { reason },
+            cases: Case::of_all(dofs, loads, solved.displacements),
+            measure: points.measure()?,
+            backward_error: solved.backward_error,
+            seconds: watch.seconds(),
+        })
+    }
+
+    /// Solves by conjugate gradients; `None` when the body is not a spline patch or the iteration does not converge.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::FoldedElement`].
+    pub fn iterative(points: &IntegrationPoints, lame: Lame, dofs: &DofMap, loads: &[Load]) -> Result<Option<Self>> {
+        let watch = Stopwatch::start();
+        let Some((patch, extra_points)) = points.splines() else { return Ok(None) };
+        let splines = Splines { patch, extra_points, thickness: points.thickness() };
+        let right: Vec<&[f64]> = loads.iter().map(|load| load.forces.as_slice()).collect();
+        let limits = Limits { tolerance: TOLERANCE, iterations: ITERATIONS };
+        let Some(found) = matrix_free::solve::solve(splines, lame, dofs, &right, limits)? else { return Ok(None) };
+        Ok(Some(Self {
+            stiffness: None,
+            frobenius: found.frobenius,
+            path: Path::Iterative { iterations: found.iterations, residual: found.residual },
+            cases: Case::of_all(dofs, loads, found.displacements),
+            measure: found.volume / points.thickness(),
+            backward_error: found.backward_error,
+            seconds: watch.seconds(),
+        }))
     }
 
     /// sqrt(sum of K_ij^2) over the free degrees of freedom, in N/m.
     pub fn stiffness_frobenius(&self) -> f64 {
-        self.stiffness.values().iter().map(|k| k * k).sum::<f64>().sqrt()
+        self.frobenius
     }
 }
 
 impl Case {
+    fn of_all(dofs: &DofMap, loads: &[Load], displacements: Vec<Vec<f64>>) -> Vec<Self> {
+        loads.iter().zip(displacements).map(|(load, u)| Self::new(dofs, &load.forces, u)).collect()
+    }
+
     fn new(dofs: &DofMap, forces: &[f64], displacement: Vec<f64>) -> Self {
         let squares: Vec<f64> =
             dofs.expand(&displacement).iter().map(|u| u.iter().map(|c| c * c).sum::<f64>()).collect();

@@ -14,7 +14,7 @@
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::geometry::patch::ShapeFunctions;
+use crate::geometry::patch::{Patch, ShapeFunctions};
 
 /// Elements handled by one task of a parallel loop: enough to forget the cost of starting it.
 const ELEMENTS_PER_TASK: usize = 64;
@@ -64,6 +64,7 @@ pub struct IntegrationPoints<'a> {
     thickness: f64,
     acting: Vec<Vec<u32>>,
     fill: Fill<'a>,
+    splines: Option<(&'a Patch, usize)>,
     warnings: Vec<String>,
 }
 
@@ -72,13 +73,29 @@ impl<'a> IntegrationPoints<'a> {
     /// order in which `fill` writes their shape functions. `thickness` (m) is what `fill` multiplies areas with, 1 in
     /// three dimensions.
     pub(super) fn new(dimension: usize, nodes: usize, thickness: f64, acting: Vec<Vec<u32>>, fill: Fill<'a>) -> Self {
-        Self { dimension, nodes, thickness, acting, fill, warnings: Vec::new() }
+        Self { dimension, nodes, thickness, acting, fill, splines: None, warnings: Vec::new() }
     }
 
     /// The same points with a remark for the user.
     pub(super) fn with_warning(mut self, warning: String) -> Self {
         self.warnings.push(warning);
         self
+    }
+
+    /// The same points, known to be those of a patch with `extra` Gauss points beyond degree + 1 in each direction.
+    pub(super) fn of_patch(mut self, patch: &'a Patch, extra: usize) -> Self {
+        self.splines = Some((patch, extra));
+        self
+    }
+
+    /// The patch that the points belong to and its Gauss points beyond degree + 1, if they are those of a patch.
+    pub fn splines(&self) -> Option<(&'a Patch, usize)> {
+        self.splines
+    }
+
+    /// What areas are multiplied with in m, 1 in three dimensions.
+    pub fn thickness(&self) -> f64 {
+        self.thickness
     }
 
     /// Directions of the body, 2 or 3.

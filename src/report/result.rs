@@ -10,8 +10,8 @@ use serde::Serialize;
 use crate::calibration::errors::Errors;
 use crate::memory;
 use crate::scene::Scene;
-use crate::study::Study;
 use crate::study::plan::Sizes;
+use crate::study::{Study, fit};
 
 /// The document. Stiffness in N/m (N with the law "axial_rigidity"), lengths in m, errors in percent.
 #[derive(Debug, Serialize)]
@@ -55,8 +55,9 @@ struct Calibration<'a> {
     groups: Vec<Group<'a>>,
     fitted: Vec<Case<'a>>,
     held_out: Vec<Case<'a>>,
-    sweep: Vec<Row>,
+    sweep: Vec<Row<'a>>,
     counts: Counts,
+    solver: Solver<'a>,
     trace: Vec<(f64, u64, f64)>,
 }
 
@@ -84,7 +85,7 @@ struct Case<'a> {
 }
 
 #[derive(Debug, Serialize)]
-struct Row {
+struct Row<'a> {
     gamma: Option<f64>,
     groups: usize,
     e_rms: f64,
@@ -92,6 +93,7 @@ struct Row {
     evaluations: u64,
     refactorisations: u64,
     solves: u64,
+    solver: Solver<'a>,
     seconds: f64,
     stop: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -105,6 +107,21 @@ struct Counts {
     solves: u64,
     surrogate_evaluations: u64,
     rejected: u64,
+}
+
+/// How the springs of a row were solved during its search: the path, why, and how often which.
+#[derive(Debug, Serialize)]
+struct Solver<'a> {
+    path: &'static str,
+    reason: &'a str,
+    tolerance: f64,
+    refactorisations: u64,
+    single_refactorisations: u64,
+    stale_solves: u64,
+    cg_iterations: u64,
+    fallbacks: u64,
+    /// Relative difference of the optimiser's error and the error that the direct solve confirms.
+    e_rms_difference: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -192,11 +209,27 @@ fn calibration(study: &Study) -> Calibration<'_> {
             surrogate_evaluations: found.counts.surrogate_evaluations,
             rejected: found.counts.rejected,
         },
+        solver: solver(study, best),
         trace: best.outcome.trace.iter().map(|p| (p.seconds, p.refactorisations, p.error)).collect(),
     }
 }
 
-fn rows(study: &Study) -> Vec<Row> {
+fn solver<'a>(study: &'a Study, row: &fit::Row) -> Solver<'a> {
+    let counts = &row.outcome.counts;
+    Solver {
+        path: study.lattice.choice.path.name(),
+        reason: &study.lattice.choice.reason,
+        tolerance: study.scene.solver.tolerance,
+        refactorisations: counts.refactorisations,
+        single_refactorisations: counts.single_refactorisations,
+        stale_solves: counts.stale_solves,
+        cg_iterations: counts.cg_iterations,
+        fallbacks: counts.fallbacks,
+        e_rms_difference: row.error_difference,
+    }
+}
+
+fn rows(study: &Study) -> Vec<Row<'_>> {
     let sweep = &study.calibration.sweep;
     let row = |i: usize| {
         let row = &sweep[i];
@@ -208,6 +241,7 @@ fn rows(study: &Study) -> Vec<Row> {
             evaluations: row.outcome.counts.evaluations,
             refactorisations: row.outcome.counts.refactorisations,
             solves: row.outcome.counts.solves,
+            solver: solver(study, row),
             seconds: row.seconds,
             stop: row.outcome.stop.name(),
             same_groups_as: if row.solved_by == i { None } else { sweep[row.solved_by].gamma },

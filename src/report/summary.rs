@@ -3,8 +3,12 @@
 use std::fmt::Write;
 
 use crate::calibration::errors::Errors;
+use crate::memory;
 use crate::study::Study;
 use crate::study::plan::{Plan, Sizes};
+
+/// Fraction of an upper bound from which a stiffness is at it: the last bits of a fit are rounding.
+const AT_BOUND: f64 = 1.0 - 1e-9;
 
 /// The summary of a run.
 pub fn run(study: &Study) -> String {
@@ -49,7 +53,15 @@ pub fn run(study: &Study) -> String {
     line(format!("\n{:<24} {:>8} {:>10} {:>14} {:>14}", "group", "springs", "length m", "stiffness", "upper bound"));
     let shown = 32;
     for ((group, phi), upper) in found.grouping.groups.iter().zip(&found.phi).zip(&found.upper).take(shown) {
-        line(format!("{:<24} {:>8} {:>10.4} {:>14.6e} {:>14.6e}", group.name, group.springs, group.length, phi, upper));
+        let at = match () {
+            () if *phi == 0.0 => "  at its lower bound: these springs are not needed",
+            () if *phi >= AT_BOUND * upper => "  at its upper bound",
+            () => "",
+        };
+        line(format!(
+            "{:<24} {:>8} {:>10.4} {:>14.6e} {:>14.6e}{at}",
+            group.name, group.springs, group.length, phi, upper
+        ));
     }
     if found.grouping.groups.len() > shown {
         line(format!("... and {} more (result.json has all)", found.grouping.groups.len() - shown));
@@ -61,7 +73,18 @@ pub fn run(study: &Study) -> String {
     }
     line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
     let total: f64 = study.seconds.iter().map(|(_, seconds)| seconds).sum();
-    line(format!("{total:.3} s, {} refactorisations, {} solves", found.counts.refactorisations, found.counts.solves));
+    let counts = &found.counts;
+    let choice = &study.lattice.choice;
+    line(format!("solver: {}: {}", choice.path.name(), choice.reason));
+    if counts.fallbacks > 0 {
+        line(format!("single precision failed {} times, double precision took over", counts.fallbacks));
+    }
+    let memory =
+        memory::peak_bytes().map_or(String::new(), |bytes| format!(", peak memory {:.0} MB", bytes as f64 / 1e6));
+    line(format!(
+        "{total:.3} s, {} refactorisations, {} solves, {} iterations{memory}",
+        counts.refactorisations, counts.solves, counts.cg_iterations
+    ));
     text
 }
 

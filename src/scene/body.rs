@@ -7,11 +7,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::shapes::{self, Shape};
 
+use super::choices::names;
+
 /// `[geometry]`: a shape by name, or a patch from a file; exactly one of the two.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Geometry {
     /// Name of a shape (`springfit list shapes`).
+    #[schemars(extend("enum" = names("geometry.shape")))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<String>,
     /// A patch in a JSON file; a relative path starts at the folder of the scene.

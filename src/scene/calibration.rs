@@ -31,11 +31,13 @@ pub struct Calibration {
     pub gamma: Gamma,
     /// Seed of every random number; the same seed gives the same result.
     pub seed: u64,
-    /// Starting points of Gauss-Newton for each problem, 1 to 1000; the first is a tenth of the bounds.
-    pub starts: usize,
-    /// Simulated annealing, used by the optimisers annealing and hybrid.
+    /// Starting points of Gauss-Newton for each problem, 1 to 1000; default: 1 for one group, else 2 + 2 groups, at
+    /// most 32. The first is a tenth of the bounds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub starts: Option<usize>,
+    /// Simulated annealing, used by the optimisers annealing, hybrid and surrogate.
     pub annealing: Annealing,
-    /// Gauss-Newton, used by the optimisers gauss_newton and hybrid.
+    /// Gauss-Newton, used by the optimisers gauss_newton, hybrid and surrogate.
     pub gauss_newton: GaussNewton,
 }
 
@@ -46,7 +48,7 @@ impl Default for Calibration {
             optimiser: "gauss_newton".into(),
             gamma: Gamma::Sweep(GammaSweep::default()),
             seed: 1,
-            starts: Settings::default().starts,
+            starts: None,
             annealing: Annealing::default(),
             gauss_newton: GaussNewton::default(),
         }

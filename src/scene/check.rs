@@ -4,18 +4,19 @@
 //! in the rooms below. Upper limits are there so that a slip of the keyboard costs a message, not the memory.
 
 use crate::error::{Error, Result};
+use crate::geometry::knots::MAX_DEGREE;
 use crate::springs::grouping;
 
 use super::choices::{FACES, known, names};
 use super::load::LOAD_KINDS;
 use super::{
-    Annealing, BoxRegion, Calibration, Dynamics, Gamma, GammaSweep, GaussNewton, Geometry, Load, Plane, Scene,
+    Annealing, BoxRegion, Calibration, Dynamics, Gamma, GammaSweep, GaussNewton, Geometry, Load, Plane, Scene, Solver,
 };
 
 /// Most control points of a grid.
 const MOST_CONTROL_POINTS: usize = 100_000_000;
-/// Highest polynomial degree.
-const HIGHEST_DEGREE: usize = 9;
+/// Smallest and largest tolerance of the iterative solver: below is rounding, above the error would show it.
+const TOLERANCES: [f64; 2] = [1e-14, 1e-6];
 /// Most load cases.
 const MOST_LOADS: usize = 1000;
 
@@ -36,6 +37,7 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     }
     within("reference.extra_gauss_points", scene.reference.extra_gauss_points, 0, 32)?;
     check_calibration(&scene.calibration)?;
+    check_solver(&scene.solver)?;
     if let Some(dynamics) = &scene.dynamics {
         check_dynamics(dynamics, scene.material.density)?;
     }
@@ -87,7 +89,7 @@ fn check_geometry(geometry: &Geometry) -> Result<()> {
         positive(&format!("geometry.size[{i}]"), size)?;
     }
     for (i, &degree) in geometry.degree.iter().flatten().enumerate() {
-        within(&format!("geometry.degree[{i}]"), degree, 1, HIGHEST_DEGREE)?;
+        within(&format!("geometry.degree[{i}]"), degree, 1, MAX_DEGREE)?;
     }
     for (i, &count) in geometry.control_points.iter().flatten().enumerate() {
         within(&format!("geometry.control_points[{i}]"), count, 2, MOST_CONTROL_POINTS)?;
@@ -200,7 +202,7 @@ fn check_calibration(calibration: &Calibration) -> Result<()> {
     known("calibration.objective", &calibration.objective, &names("calibration.objective"))?;
     known("calibration.optimiser", &calibration.optimiser, &names("calibration.optimiser"))?;
     calibration.gamma.values()?;
-    within("calibration.starts", calibration.starts, 1, 1000)?;
+    within("calibration.starts", calibration.starts.unwrap_or(1), 1, 1000)?;
     let Annealing { chains, evaluations, initial_temperature, final_temperature } = calibration.annealing;
     within("calibration.annealing.chains", chains, 1, 1024)?;
     within("calibration.annealing.evaluations", evaluations, chains, 1_000_000_000)?;
@@ -214,6 +216,15 @@ fn check_calibration(calibration: &Calibration) -> Result<()> {
     within("calibration.gauss_newton.refactorisations", refactorisations, 1, 100_000)?;
     within("calibration.gauss_newton.polish", polish, 0, 100_000)?;
     positive("calibration.gauss_newton.tolerance", tolerance)
+}
+
+fn check_solver(solver: &Solver) -> Result<()> {
+    let [least, most] = TOLERANCES;
+    if (least..=most).contains(&solver.tolerance) {
+        return Ok(());
+    }
+    let message = format!("{:e} is out of range", solver.tolerance);
+    Err(Error::input("solver.tolerance", message, format!("give a number from {least:e} to {most:e}")))
 }
 
 fn check_dynamics(dynamics: &Dynamics, density: Option<f64>) -> Result<()> {

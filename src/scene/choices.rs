@@ -66,16 +66,6 @@ const INTEGRATORS: &[Choice] =
 /// Faces of the control grid: first and last index of each direction.
 pub(super) const FACES: [&str; 6] = ["x-", "x+", "y-", "y+", "z-", "z+"];
 
-/// The table of this name, such as `shapes`.
-///
-/// # Errors
-/// [`Error::Input`] that lists the tables there are.
-pub fn find_kind(name: &str) -> Result<&'static Kind> {
-    let names: Vec<&str> = KINDS.iter().map(|kind| kind.name).collect();
-    known("KIND", name, &names)?;
-    Ok(KINDS.iter().find(|kind| kind.name == name).unwrap_or(&KINDS[0]))
-}
-
 /// The names of the table that a scene key chooses from; empty for other keys.
 pub(super) fn names(key: &str) -> Vec<&'static str> {
     let kind = KINDS.iter().find(|kind| kind.key == key);
@@ -98,7 +88,7 @@ pub(super) fn suggest(word: &str, names: &[&str], intro: &str) -> String {
     let all = format!("{intro} {}", names.join(", "));
     let near = names.iter().map(|name| (distance(word, name), name)).min();
     match near {
-        Some((distance, name)) if distance <= 1 + word.chars().count() / 4 => {
+        Some((distance, name)) if 3 * distance <= word.chars().count() => {
             format!("did you mean \"{name}\"? {all}")
         }
         _ => all,
@@ -134,10 +124,19 @@ mod tests {
     }
 
     #[test]
-    fn every_default_is_the_first_name_of_a_table() {
-        for kind in KINDS {
-            assert!(!(kind.choices)().is_empty(), "{} has no names", kind.name);
-            assert_eq!(names(kind.key).len(), (kind.choices)().len());
+    fn every_default_is_a_name_of_its_table() {
+        let calibration = super::super::Calibration::default();
+        let springs = super::super::Springs::default();
+        for (key, name) in [
+            ("reference.method", super::super::Reference::default().method),
+            ("springs.topology", springs.topology),
+            ("springs.grouping", springs.grouping),
+            ("calibration.objective", calibration.objective),
+            ("calibration.optimiser", calibration.optimiser),
+            ("dynamics.integrator", super::super::Dynamics::default().integrator),
+        ] {
+            assert!(names(key).contains(&name.as_str()), "{key} = {name}");
         }
+        assert!(names("geometry.size").is_empty());
     }
 }

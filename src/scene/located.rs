@@ -10,7 +10,7 @@ use toml_edit::Document;
 
 use crate::error::Error;
 
-use super::entries::{entries, nearest};
+use super::entries::{Entry, entries, nearest};
 
 /// A scene as text, with the name of its file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -37,17 +37,18 @@ struct Place {
 }
 
 impl Source {
-    /// Puts an error at the line of its key. Errors without a key stay without a line, and so does a key in a text
-    /// that is not TOML.
+    /// Puts an error at the line of the key it comes from: its own, or that of the setting that made what failed. Other
+    /// errors stay without a line, and so do all in a text that is not TOML.
     pub fn locate(&self, error: Error) -> Located {
-        let Error::Input { key, .. } = &error else { return error.into() };
         let Ok(document) = Document::parse(self.text.as_str()) else { return error.into() };
         let entries = entries(&document);
-        let Some(entry) = nearest(&entries, key) else {
-            return self.place(error, 0..0, None);
-        };
-        let label = (entry.key != *key).then(|| format!("{key} would be here"));
-        self.place(error, entry.value.clone(), label)
+        let Some(key) = key_of(&error, &self.text, &entries) else { return error.into() };
+        let missing = Some(format!("{key} is not here"));
+        match nearest(&entries, &key) {
+            Some(entry) if entry.key == key => self.place(error, entry.value.clone(), None),
+            Some(entry) => self.place(error, entry.value.clone(), missing),
+            None => self.place(error, 0..0, missing),
+        }
     }
 
     /// Puts an error at a byte range of the text.
@@ -93,5 +94,24 @@ impl miette::Diagnostic for Located {
         let place = self.place.as_ref()?;
         let label = LabeledSpan::new(place.label.clone(), place.span.start, place.span.len());
         Some(Box::new(std::iter::once(label)))
+    }
+}
+
+/// The scene key behind an error: its own, or the setting that made what failed.
+fn key_of(error: &Error, text: &str, entries: &[Entry]) -> Option<String> {
+    let given = |key: &str| entries.iter().find(|entry| entry.key == key);
+    match error {
+        Error::Input { key, .. } => Some(key.clone()),
+        Error::File { path, .. } => {
+            let entry = given("geometry.file")?;
+            let name = text[entry.value.clone()].trim_matches(['"', '\'']);
+            path.ends_with(name).then(|| entry.key.clone())
+        }
+        Error::FoldedElement { .. } => Some("geometry".into()),
+        Error::Mechanism { what, .. } => {
+            let topology = given("springs.topology").filter(|_| what.starts_with("spring"));
+            Some(topology.map_or("support", |entry| &entry.key).into())
+        }
+        _ => None,
     }
 }

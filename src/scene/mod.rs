@@ -1,7 +1,7 @@
 //! A scene: the TOML text of a user as checked values.
 //!
 //! One settings struct a room below: what `[geometry]`, `[material]`, `[support]`, `[[load]]`, `[reference]`,
-//! `[springs]`, `[calibration]` and `[dynamics]` may say. SI units throughout. The way of a scene:
+//! `[springs]`, `[calibration]`, `[solver]` and `[dynamics]` may say. SI units throughout. The way of a scene:
 //!
 //! ```text
 //! text --set--> text --toml--> Scene --check--> Scene + warnings --resolve--> Scene with every default written out
@@ -24,6 +24,7 @@ mod overrides;
 mod parse;
 mod reference;
 mod resolve;
+mod solver;
 mod springs;
 mod template;
 
@@ -33,12 +34,13 @@ use serde::{Deserialize, Serialize};
 pub use body::{Axis, BoxRegion, Geometry, Material, Support};
 pub use calibration::{Annealing, Calibration, Gamma, GammaSweep, GaussNewton};
 pub use check::{check, check_body};
-pub use choices::{Choice, KINDS, Kind, find_kind};
+pub use choices::{Choice, KINDS, Kind};
 pub use load::{Load, PointForce, Traction};
 pub use located::{Located, Source};
 pub use parse::{Input, parse, read};
 pub use reference::{Plane, Reference};
 pub use resolve::resolve;
+pub use solver::Solver;
 pub use springs::{Dynamics, Masses, Springs};
 pub use template::template;
 
@@ -69,6 +71,9 @@ pub struct Scene {
     /// How the spring stiffness is found.
     #[serde(default)]
     pub calibration: Calibration,
+    /// How the springs are solved.
+    #[serde(default)]
+    pub solver: Solver,
     /// Masses and damping for later motion; absent: neither is computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dynamics: Option<Dynamics>,

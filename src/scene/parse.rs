@@ -49,7 +49,11 @@ pub fn read(path: &Path, sets: &[String]) -> std::result::Result<Input, Located>
 fn read_text(path: &Path) -> Result<String> {
     let wrong = |message: String, help: &str| Error::File { path: path.into(), message, help: help.into() };
     let cannot = |error: std::io::Error| wrong(format!("cannot be read: {error}"), "give the path of a scene (TOML)");
-    let size = std::fs::metadata(path).map_err(cannot)?.len();
+    let metadata = std::fs::metadata(path).map_err(cannot)?;
+    if !metadata.is_file() {
+        return Err(wrong("is not a regular file".into(), "give the path of a scene (TOML)"));
+    }
+    let size = metadata.len();
     if size > LARGEST_FILE {
         return Err(wrong(format!("{size} bytes are too many for a scene"), "a scene is at most 16 MiB of TOML"));
     }
@@ -87,21 +91,17 @@ pub fn parse(source: &Source) -> std::result::Result<Scene, Located> {
 }
 
 fn syntax(source: &Source, error: &toml_edit::TomlError) -> Located {
-    let message = match error.message() {
-        "duplicate key" => "a key is given twice".to_owned(),
-        message => format!("not TOML: {message}"),
+    let (message, help) = match error.message() {
+        "duplicate key" => ("the key is given twice".to_owned(), "keep one of them"),
+        message if message.ends_with("number overflowed") => {
+            ("the number is too large".to_owned(), "floating-point numbers end near 1.8e308, whole numbers near 9.2e18")
+        }
+        message => (format!("not TOML: {message}"), "a line is KEY = VALUE, [TABLE] or [[load]]; strings need quotes"),
     };
     let span = error.span().unwrap_or_default();
     let line = 1 + source.text[..span.start.min(source.text.len())].matches('\n').count();
-    let help = match error.message() {
-        "duplicate key" => "keep one of them",
-        _ => "a line is KEY = VALUE, [TABLE] or [[load]]; strings need quotes",
-    };
-    let error = Error::File {
-        path: source.name.as_str().into(),
-        message: format!("line {line}: {message}"),
-        help: help.into(),
-    };
+    let path = source.name.as_str().into();
+    let error = Error::File { path, message: format!("line {line}: {message}"), help: help.into() };
     source.place(error, span, None)
 }
 
@@ -115,7 +115,7 @@ fn explain(source: &Source, entries: &[Entry], error: &toml::de::Error) -> Locat
         let name = rest.trim_matches('`');
         let key = if here.is_empty() { name.to_owned() } else { format!("{here}.{name}") };
         let error = Error::input(&key, "is missing", format!("add {key}; `springfit schema` describes every key"));
-        return source.place(error, span, Some(format!("{name} would be here")));
+        return source.place(error, span, Some(format!("{name} is not here")));
     }
     let error = match message {
         _ if message.starts_with("unknown field") && quoted.len() > 1 => {

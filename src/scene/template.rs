@@ -7,20 +7,10 @@ use serde_json::Value as Json;
 use toml_edit::{DocumentMut, Item, Table};
 
 use crate::error::Result;
-
-use super::choices::{known, names};
-use super::{Calibration, Geometry, Load, Material, Reference, Scene, Springs, Support, resolve, schema};
 use crate::geometry::shapes::{self, Shape};
 
-/// Force in N on every free control point (Table 5.2 of the thesis; section 8 of the method), where there is one.
-const FORCES: &[(&str, &[f64])] = &[
-    ("square", &[200.0, -200.0]),
-    ("circle", &[600.0, 100.0]),
-    ("ellipse", &[1600.0, 200.0]),
-    ("cube", &[80.0, -40.0, 40.0]),
-    ("torus", &[60.0, -30.0, 30.0]),
-    ("spheroid", &[100.0, -50.0, 50.0]),
-];
+use super::choices::{known, names};
+use super::{Calibration, Geometry, Load, Material, Reference, Scene, Solver, Springs, Support, resolve, schema};
 
 /// The commented scene of a shape, as text.
 ///
@@ -37,19 +27,19 @@ pub fn template(name: &str) -> Result<String> {
     Ok(format!("# {name}: {}.\n# A line \"# key: ...\" names a key that may be added.\n\n{document}", shape.doc))
 }
 
-/// A scene of the shape with the load of the thesis, or a small one of our own.
+/// A scene of the shape with its usual support and load, and the material of the method, section 8.
 fn example(shape: &Shape) -> Scene {
-    let force = FORCES.iter().find(|(name, _)| *name == shape.name).map(|(_, force)| *force);
-    let force = force.unwrap_or(&[0.0, -1.0, -1.0][..shape.dimension]);
+    let force = shape.default_force[..shape.dimension].to_vec();
     Scene {
         name: shape.name.into(),
         geometry: Geometry { shape: Some(shape.name.into()), ..Geometry::default() },
         material: Material { young: 15e3, poisson: 1.0 / 3.0, density: Some(1143.0) },
         support: Support { faces: vec![shape.fixed_face.into()], ..Support::default() },
-        load: vec![Load::force_per_node(force.to_vec())],
+        load: vec![Load::force_per_node(force)],
         reference: Reference::default(),
         springs: Springs::default(),
         calibration: Calibration::default(),
+        solver: Solver::default(),
         dynamics: None,
     }
 }
@@ -59,8 +49,12 @@ fn comment_table(table: &mut Table, own: &Json, root: &Json) {
     let keys: Vec<String> = table.iter().map(|(key, _)| key.to_owned()).collect();
     for key in &keys {
         let property = &own["properties"][key];
-        let description = format!("# {}\n", property["description"].as_str().unwrap_or_default());
         let inner = referred(property, root);
+        let description = format!("# {}\n", describe(property, inner));
+        if inner["anyOf"].is_array() {
+            // a number or a table: one line shows it better
+            table[key].make_value();
+        }
         match &mut table[key] {
             Item::Table(child) => {
                 child.decor_mut().set_prefix(format!("\n{description}"));
@@ -75,25 +69,39 @@ fn comment_table(table: &mut Table, own: &Json, root: &Json) {
             _ => {
                 if let Some(mut name) = table.key_mut(key) {
                     name.leaf_decor_mut().set_prefix(description);
+                    name.leaf_decor_mut().set_suffix(" ");
                 }
             }
         }
     }
-    comment_absent(table, &keys, own);
+    comment_absent(table, &keys, own, root);
 }
 
 /// Lines for the keys that are not there, above the first key of the table.
-fn comment_absent(table: &mut Table, keys: &[String], own: &Json) {
+fn comment_absent(table: &mut Table, keys: &[String], own: &Json, root: &Json) {
     let mut lines = String::new();
     for (key, property) in own["properties"].as_object().into_iter().flatten() {
         if !keys.contains(key) {
-            lines += &format!("# {key}: {}\n", property["description"].as_str().unwrap_or_default());
+            lines += &format!("# {key}: {}\n", describe(property, referred(property, root)));
         }
     }
     let first = keys.iter().find(|key| table.get(key).is_some_and(Item::is_value));
     if let Some(mut name) = first.and_then(|key| table.key_mut(key)) {
         let prefix = name.leaf_decor().prefix().and_then(|prefix| prefix.as_str()).unwrap_or_default().to_owned();
         name.leaf_decor_mut().set_prefix(lines + &prefix);
+    }
+}
+
+/// The description of a property, and the names it may have.
+fn describe(property: &Json, inner: &Json) -> String {
+    // a description may be broken over lines in the source; a comment is one line
+    let text = property["description"].as_str().unwrap_or_default().replace('\n', " ");
+    let listed = property["enum"].as_array().into_iter().flatten();
+    let named = inner["oneOf"].as_array().into_iter().flatten().map(|one| &one["const"]);
+    let names: Vec<&str> = listed.chain(named).filter_map(Json::as_str).collect();
+    match names.is_empty() {
+        true => text,
+        false => format!("{} One of: {}.", text, names.join(", ")),
     }
 }
 

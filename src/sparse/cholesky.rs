@@ -6,7 +6,8 @@
 //! assembles writes straight into [`Factor::values_mut`]; no copy stands between assembly and factorisation.
 //!
 //! The factorisation is faer's supernodal one, run sequentially: its bits would depend on its parallel degree, and
-//! workers side by side (chains, starts, gammas, load cases) use the cores better. This is the only file that names it.
+//! workers side by side (chains, starts, gammas, load cases) use the cores better. Only this file and [`super::single`], the
+//! same in f32, name it.
 //!
 //! Every solve is checked: the componentwise backward error of its result is measured, one step of iterative refinement
 //! follows where it is above [`REFINE_ABOVE`], and a result above [`ACCEPTED`] is an error, never a number.
@@ -102,6 +103,16 @@ impl Symbolic {
     /// Row (in elimination order) of each entry of the permuted lower triangle, ascending in each column.
     pub fn lower_rows(&self) -> &[u32] {
         self.lower.row_idx()
+    }
+
+    /// The pattern of the permuted lower triangle, as the factorisations of this room take it.
+    pub(super) fn lower(&self) -> SymbolicSparseColMatRef<'_, u32> {
+        self.lower.as_ref()
+    }
+
+    /// The supernodes of L, as the factorisations of this room take them.
+    pub(super) fn supernodes(&self) -> &supernodal::SymbolicSupernodalCholesky<u32> {
+        &self.supernodes
     }
 
     /// Stored numbers of L, explicit zeros of the supernodes included.
@@ -323,6 +334,17 @@ impl Factor {
                 Par::Seq,
                 MemStack::new(&mut self.buffer),
             );
+        }
+    }
+
+    /// z = (L L^T)^-1 r for whole columns in elimination order with the last factor, without a check: a preconditioner.
+    ///
+    /// # Panics
+    /// When `r` is not a whole number of columns, or `z` has another length.
+    pub fn precondition(&mut self, r: &[f64], z: &mut [f64]) {
+        z.copy_from_slice(r);
+        for columns in z.chunks_mut(self.symbolic.len() * COLUMNS_AT_ONCE) {
+            sweep(&self.symbolic, &self.factor, columns, &mut self.buffer);
         }
     }
 

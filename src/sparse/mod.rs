@@ -6,10 +6,22 @@
 //! | [`assemble`] | element matrices into that pattern, in parallel, with the same bits for any number of threads |
 //! | [`ordering`] | elimination orders: nested dissection of a grid, minimum degree otherwise |
 //! | [`cholesky`] | analysed once ([`cholesky::Symbolic`], shared), factored and solved often ([`cholesky::Factor`], one a worker) |
+//! | [`single`] | a factor in single precision, as a preconditioner |
+//! | [`product`] | the product with the triangle that the factor reads |
+//! | sweep | down and up a factor for one right-hand side |
+//! | [`cg`] | preconditioned conjugate gradients, for a matrix that is only applied |
+//! | [`multigrid`] | a V-cycle on a grid of springs, a preconditioner whose work grows like the unknowns |
+//! | [`fast_diagonalisation`] | the inverse of a sum of Kronecker products, a preconditioner on boxes of splines |
 //! | [`backward_error`] | how well a solution satisfies its equations |
 
 pub mod assemble;
 pub mod backward_error;
+pub mod cg;
 pub mod cholesky;
+pub mod fast_diagonalisation;
+pub mod multigrid;
 pub mod ordering;
 pub mod pattern;
+pub mod product;
+pub mod single;
+mod sweep;

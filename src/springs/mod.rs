@@ -2,13 +2,21 @@
 //!
 //! The order of work: [`topology`] joins the control points into a [`network::Network`]; [`grouping`] sorts its springs
 //! into m groups; [`weighting`] says what one number phi_a of a group means for a spring, k_s = phi_a w_s; [`bounds`]
-//! limits phi; [`affine`] turns phi into the stiffness matrix. [`masses`] and [`damping`] are for bodies that move.
+//! limits phi; [`affine`] turns phi into the stiffness matrix. [`solver`] solves with it for one phi after another, by
+//! factors or by iterations with an old or rough factor, and [`prediction`] says which is cheaper. On fine grids
+//! [`stencil`] multiplies with K(phi) without storing it, and [`multigrid_solver`] solves. [`masses`] and [`damping`] are
+//! for bodies that move.
 
 pub mod affine;
 pub mod bounds;
 pub mod damping;
 pub mod grouping;
+mod iterative;
 pub mod masses;
+pub mod multigrid_solver;
 pub mod network;
+pub mod prediction;
+pub mod solver;
+pub mod stencil;
 pub mod topology;
 pub mod weighting;

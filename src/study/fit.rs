@@ -15,14 +15,17 @@ use crate::clock::Progress;
 use crate::error::{Error, Result};
 use crate::reference::Reference;
 use crate::scene::Scene;
-use crate::sparse::cholesky::Factor;
 use crate::springs::affine::AffineStiffness;
 use crate::springs::grouping::{self, Grouping};
+use crate::springs::solver::{GridSprings, SpringOperator, SpringSolver};
 use crate::springs::{bounds, weighting};
 
 use super::body::Body;
 use super::loads::LoadCase;
-use super::network::Lattice;
+use super::network::{self, Lattice};
+
+/// Bytes that the Jacobians of Gauss-Newton may take.
+const LARGEST_JACOBIAN: f64 = 8e9;
 
 /// What a calibration found.
 pub struct Calibration {
@@ -50,6 +53,20 @@ pub struct Calibration {
     pub counts: Counts,
 }
 
+impl Calibration {
+    /// A word where the bounds, not the optimiser, decide: every group is at its upper bound.
+    pub fn warning(&self) -> Option<String> {
+        let at_bound = |(phi, upper): (&f64, &f64)| *phi >= (1.0 - 1e-9) * upper;
+        self.phi.iter().zip(&self.upper).all(at_bound).then(|| {
+            format!(
+                "every group is at its upper bound (5.8): the network cannot be as stiff as the body (e_rms {:.1} %); \
+                 use cells of more equal sides",
+                self.fitted.e_rms
+            )
+        })
+    }
+}
+
 /// One row of the sweep table.
 pub struct Row {
     /// gamma, if the grouping uses it.
@@ -60,10 +77,22 @@ pub struct Row {
     pub solved_by: usize,
     /// Errors over the fitted cases, percent.
     pub errors: Errors,
+    /// Relative difference of the optimiser's error and the one that the direct solve confirms.
+    pub error_difference: f64,
     /// Seconds of the fit.
     pub seconds: f64,
     /// What the optimiser found.
     pub outcome: Arc<Outcome>,
+}
+
+/// Starts on meshes so fine that every factorisation counts; the bounds and the first start are the same on coarse ones,
+/// where local minima can be looked for. `None` on meshes of common size.
+fn starts_on_fine_meshes(unknowns: usize) -> Option<usize> {
+    match unknowns {
+        100_000.. => Some(1),
+        30_000.. => Some(2),
+        _ => None,
+    }
 }
 
 /// What a fit works on.
@@ -90,11 +119,12 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
     let same = sweep::first_equal(&groupings);
     let distinct: Vec<usize> = (0..groupings.len()).filter(|&i| same[i] == i).collect();
     let problems: Vec<SweepProblem> = distinct.iter().map(|&i| given.problem(&groupings[i], i)).collect();
+    given.check_jacobian(&problems)?;
     let solved = given.solve(&problems, progress)?;
     let answer = |i: usize| distinct.iter().position(|&d| d == same[i]).unwrap_or(0);
     let sweep: Vec<Row> = (0..gammas.len())
         .map(|i| {
-            let Solved { outcome, displacement, seconds } = &solved[answer(i)];
+            let Solved { outcome, displacement, error_difference, seconds } = &solved[answer(i)];
             let errors = errors::over_cases(&given.fitted_errors(displacement));
             let outcome = Arc::new(outcome.clone());
             Row {
@@ -102,6 +132,7 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
                 groups: groupings[i].groups.len(),
                 solved_by: same[i],
                 errors,
+                error_difference: *error_difference,
                 seconds: *seconds,
                 outcome,
             }
@@ -159,14 +190,39 @@ impl Given<'_> {
         (0..self.loads.len()).filter(|&c| self.loads[c].fit).collect()
     }
 
-    /// K(phi) and bounds of one grouping.
-    fn problem(&self, grouping: &Grouping, index: usize) -> SweepProblem {
+    /// The springs and bounds of one grouping.
+    fn problem(&self, grouping: &Grouping, index: usize) -> SweepProblem<'_> {
         let Lattice { network, symbolic, coefficients, spring_bounds, .. } = self.lattice;
+        let dofs = &self.body.dofs;
+        let operator = match symbolic {
+            Some(symbolic) => SpringOperator::Assembled {
+                stiffness: AffineStiffness::new(network, grouping, coefficients, dofs, symbolic),
+                symbolic: Arc::clone(symbolic),
+            },
+            None => {
+                let grouping = grouping.clone();
+                SpringOperator::OnGrid(GridSprings { network, grid: self.body.grid(), dofs, grouping, coefficients })
+            }
+        };
         SweepProblem {
-            stiffness: AffineStiffness::new(network, grouping, coefficients, &self.body.dofs, symbolic),
+            operator,
             upper: bounds::upper_bounds(network, grouping, spring_bounds, self.scene.springs.law),
             index,
         }
+    }
+
+    /// Refuses a Jacobian that would not fit: one column a group, four copies at a time for each of two starts.
+    /// The number of threads does not count, so that a scene is refused on every machine or on none.
+    fn check_jacobian(&self, problems: &[SweepProblem]) -> Result<()> {
+        let groups = problems.iter().map(|problem| problem.upper.len()).max().unwrap_or(0);
+        let rows = self.body.dofs.len() * self.fitted().len();
+        let bytes = 8.0 * 4.0 * 2.0 * groups as f64 * rows as f64;
+        let (optimiser, _) = optimiser(self.scene)?;
+        if bytes <= LARGEST_JACOBIAN || !optimiser.uses_jacobian {
+            return Ok(());
+        }
+        let message = format!("{groups} groups and {rows} equations need a Jacobian of {:.1} GB", bytes / 1e9);
+        Err(Error::input("springs.grouping", message, "use fewer groups, fewer control points, or annealing"))
     }
 
     /// Runs the optimiser on all problems.
@@ -177,10 +233,12 @@ impl Given<'_> {
             fitted.iter().flat_map(|&c| self.reference.cases[c].displacement.iter().copied()).collect();
         let largest: Vec<f64> = fitted.iter().map(|&c| self.reference.cases[c].u_max).collect();
         let weights = weights(&largest, self.body.dofs.masters().count());
-        let (optimiser, settings) = optimiser(self.scene)?;
-        progress.enter("calibration", problems.len() as u64 * (optimiser.expected_evaluations)(&settings));
-        let shared =
-            Shared { symbolic: &self.lattice.symbolic, forces: &forces, reference: &targets, weights: &weights };
+        let (optimiser, mut settings) = optimiser(self.scene)?;
+        settings.starts = settings.starts.or(starts_on_fine_meshes(self.body.dofs.len()));
+        let expected = problems.iter().map(|problem| (optimiser.expected_evaluations)(&settings, problem.upper.len()));
+        progress.enter("calibration", expected.sum());
+        let solver = network::settings(self.scene);
+        let shared = Shared { forces: &forces, reference: &targets, weights: &weights, solver: &solver };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
     }
 
@@ -195,11 +253,11 @@ impl Given<'_> {
         let phi = sweep[best].outcome.phi.clone();
         let n = self.body.dofs.len();
         let forces: Vec<f64> = self.loads.iter().flat_map(|case| case.load.forces.iter().copied()).collect();
-        let mut factor = Factor::new(Arc::clone(&self.lattice.symbolic));
-        problem.stiffness.assemble_into(&phi, factor.values_mut());
-        factor.refactor()?;
+        let settings = sweep::exact(&problem.operator, &network::settings(self.scene));
+        let mut solver = SpringSolver::new(&problem.operator, &settings);
         let mut displacement = vec![0.0; forces.len()];
-        factor.solve(&forces, &mut displacement)?;
+        solver.set(&phi)?;
+        solver.solve(&forces, &mut displacement, settings.tolerance)?;
         let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
         let pairs = self.reference.cases.iter().zip(&displacements);
         let errors = pairs.map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();

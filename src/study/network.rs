@@ -9,6 +9,7 @@ use crate::sparse::ordering::nested_dissection;
 use crate::springs::affine::{self, AffineStiffness};
 use crate::springs::grouping;
 use crate::springs::network::Network;
+use crate::springs::solver::{self, Choice, GridSprings, Path};
 use crate::springs::{bounds, topology, weighting};
 
 use super::body::Body;
@@ -16,12 +17,26 @@ use super::body::Body;
 /// A pivot below this fraction of its diagonal entry is zero up to rounding.
 const LOOSE: f64 = 1e-13;
 
+/// Free degrees of freedom in space from which multigrid is tried.
+const MULTIGRID_FROM: usize = 20_000;
+
+/// A trial solve to this residual that takes more than so many iterations makes a body too hard for multigrid.
+const TRIAL_TOLERANCE: f64 = 1e-6;
+const TRIAL_ITERATIONS: usize = 60;
+
+/// How a scene wants K(phi) u = f solved.
+pub fn settings(scene: &Scene) -> solver::Settings {
+    solver::Settings { path: scene.solver.path, tolerance: scene.solver.tolerance }
+}
+
 /// A network with what all its groupings share.
 pub struct Lattice {
     /// The springs.
     pub network: Network,
-    /// The analysis of the pattern of K(phi).
-    pub symbolic: Arc<Symbolic>,
+    /// The analysis of the pattern of K(phi); none on the multigrid path.
+    pub symbolic: Option<Arc<Symbolic>>,
+    /// How K(phi) u = f is solved, and why.
+    pub choice: Choice,
     /// k_s = phi w_s: the coefficient of every spring.
     pub coefficients: Vec<f64>,
     /// Upper bound (4.19) of every spring, N/m.
@@ -44,8 +59,6 @@ pub fn build(scene: &Scene, body: &Body) -> Result<Lattice> {
     let coefficients = weighting::coefficients(&network, scene.springs.weighting, scene.springs.law);
     let measures = bounds::node_measures(&grid, positions, &body.dofs, body.thickness);
     let spring_bounds = bounds::spring_bounds(&network, &measures, scene.material.young, scene.material.poisson);
-    let order = body.dofs.order(&nested_dissection(grid.extents(), 1, body.closed()));
-    let symbolic = Symbolic::analyse(&affine::pattern(&network, &body.dofs), order)?;
     let mut warnings = Vec::new();
     if network.zero_length > 0 {
         warnings.push(format!(
@@ -53,18 +66,82 @@ pub fn build(scene: &Scene, body: &Body) -> Result<Lattice> {
             network.zero_length
         ));
     }
-    let lattice = Lattice { network, symbolic, coefficients, spring_bounds, warnings };
-    lattice.check_stiff(body)?;
-    Ok(lattice)
+    let choice = Choice { path: Path::Multigrid, reason: String::new() };
+    let lattice = Lattice { network, symbolic: None, choice, coefficients, spring_bounds, warnings };
+    let fine = body.dofs.len() >= MULTIGRID_FROM && body.dofs.dimension() == 3;
+    match (scene.solver.path, fine) {
+        (Path::Multigrid, _) => match lattice.try_grid(body) {
+            Ok(reason) => Ok(lattice.on_grid(reason)),
+            Err(reason) => {
+                let message = format!("multigrid does not fit: {reason}");
+                Err(Error::input("solver.path", message, "use auto, direct, single or stale"))
+            }
+        },
+        (Path::Auto, true) => match lattice.try_grid(body) {
+            Ok(reason) => Ok(lattice.on_grid(reason)),
+            Err(reason) => lattice.analysed(scene, body, Some(&reason)),
+        },
+        _ => lattice.analysed(scene, body, None),
+    }
 }
 
 impl Lattice {
+    fn on_grid(mut self, reason: String) -> Self {
+        self.choice = Choice { path: Path::Multigrid, reason };
+        self
+    }
+
+    /// A trial of multigrid with k = 1 for every spring: why to take it, or why not.
+    fn try_grid(&self, body: &Body) -> std::result::Result<String, String> {
+        let kinds = (grouping::find("kind").expect("the table has it").group)(&self.network, 0.0)
+            .map_err(|error| error.to_string())?;
+        let ones = vec![1.0; self.network.springs.len()];
+        let springs = GridSprings {
+            network: &self.network,
+            grid: body.grid(),
+            dofs: &body.dofs,
+            coefficients: &ones,
+            grouping: kinds,
+        };
+        let mut worker = springs.worker().map_err(|refusal| refusal.to_string())?;
+        worker.set(&vec![1.0; springs.grouping.groups.len()]);
+        let forces: Vec<f64> = (0..body.dofs.len()).map(|dof| 1.0 + body.dofs.owner(dof).1 as f64).collect();
+        let mut trial = vec![0.0; forces.len()];
+        let report = worker
+            .solve(&forces, &mut trial, TRIAL_TOLERANCE)
+            .map_err(|_| format!("a trial did not reach {TRIAL_TOLERANCE:.0e}"))?;
+        if report.iterations > TRIAL_ITERATIONS {
+            return Err(format!("a trial took {} iterations", report.iterations));
+        }
+        Ok(format!(
+            "{} unknowns on a grid in space; a trial took {} iterations to {TRIAL_TOLERANCE:.0e}",
+            forces.len(),
+            report.iterations
+        ))
+    }
+
+    /// The lattice on a path with factors: analysed, and checked for loose nodes. `instead`: why not multigrid.
+    ///
+    /// # Errors
+    /// [`Error::Mechanism`] with a loose node.
+    pub fn analysed(mut self, scene: &Scene, body: &Body, instead: Option<&str>) -> Result<Self> {
+        let order = body.dofs.order(&nested_dissection(body.grid().extents(), 1, body.closed()));
+        let symbolic = Symbolic::analyse(&affine::pattern(&self.network, &body.dofs), order)?;
+        self.choice = solver::choose(&settings(scene), &symbolic);
+        if let Some(instead) = instead {
+            self.choice.reason += &format!("; not multigrid: {instead}");
+        }
+        self.check_stiff(body, &symbolic)?;
+        self.symbolic = Some(symbolic);
+        Ok(self)
+    }
+
     /// Factors the network with k = 1 for every spring: a pivot that vanishes names a loose node.
-    fn check_stiff(&self, body: &Body) -> Result<()> {
+    fn check_stiff(&self, body: &Body, symbolic: &Arc<Symbolic>) -> Result<()> {
         let kinds = (grouping::find("kind").expect("the table has it").group)(&self.network, 0.0)?;
         let ones = vec![1.0; self.network.springs.len()];
-        let stiffness = AffineStiffness::new(&self.network, &kinds, &ones, &body.dofs, &self.symbolic);
-        let mut factor = Factor::new(Arc::clone(&self.symbolic));
+        let stiffness = AffineStiffness::new(&self.network, &kinds, &ones, &body.dofs, symbolic);
+        let mut factor = Factor::new(Arc::clone(symbolic));
         stiffness.assemble_into(&vec![1.0; kinds.groups.len()], factor.values_mut());
         let loose = match factor.refactor() {
             Err(Error::NotPositiveDefinite { dof }) => Some(dof),

@@ -20,6 +20,10 @@ use super::{body, fit, loads, network};
 /// for estimates only.
 const RATE: f64 = 1e10;
 
+/// Bytes of the multigrid path, and seconds of one solve on one thread, for each unknown; for estimates only.
+const GRID_BYTES: usize = 600;
+const GRID_SECONDS: f64 = 4e-6;
+
 /// Sizes of what a scene builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Sizes {
@@ -85,25 +89,34 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     let lattice = network::build(&scene, &body)?;
     let (gammas, groupings) = fit::group(&scene, &lattice)?;
     let same = sweep::first_equal(&groupings);
-    let problems = (0..same.len()).filter(|&i| same[i] == i).count();
+    let distinct: Vec<usize> = (0..same.len()).filter(|&i| same[i] == i).map(|i| groupings[i].groups.len()).collect();
+    let problems = distinct.len();
     let (optimiser, settings) = fit::optimiser(&scene)?;
     let reach = *body.patch.degree().iter().max().unwrap_or(&1);
     let order = body.dofs.order(&nested_dissection(body.grid().extents(), reach, body.closed()));
     let pattern = stiffness::pattern(&body.integration_points(), &body.dofs);
     let reference = Symbolic::analyse(&pattern, order)?;
-    let springs = &lattice.symbolic;
     let threads = rayon::current_num_threads();
-    let evaluations = (optimiser.expected_evaluations)(&settings) as f64 * problems as f64;
+    let evaluations =
+        distinct.iter().map(|&groups| (optimiser.expected_evaluations)(&settings, groups)).sum::<u64>() as f64;
     let groups = groupings.iter().map(|g| g.groups.len()).max().unwrap_or(0);
-    let memory_bytes = (reference.factor_bytes() + 16 * pattern.entries()).max(threads * springs.factor_bytes())
-        + 16 * springs.lower_rows().len() * problems;
-    let seconds =
-        reference.factor_flops() / RATE + evaluations * (springs.factor_flops() / RATE + 2e-5) / threads as f64;
+    let (spring_entries, spring_bytes, evaluation) = match &lattice.symbolic {
+        Some(symbolic) => {
+            let bytes = threads * symbolic.factor_bytes() + 16 * symbolic.lower_rows().len() * problems;
+            (symbolic.factor_entries(), bytes, (symbolic.factor_flops() / RATE + 2e-5) / threads as f64)
+        }
+        None => {
+            let unknowns = body.dofs.len();
+            (0, GRID_BYTES * unknowns, GRID_SECONDS * unknowns as f64 * groups as f64 / threads as f64)
+        }
+    };
+    let memory_bytes = (reference.factor_bytes() + 16 * pattern.entries()).max(spring_bytes);
+    let seconds = reference.factor_flops() / RATE + evaluations * evaluation;
     Ok(Plan {
         sizes: Sizes::of(&body, &lattice, groups),
         sweep: gammas.into_iter().zip(groupings.iter().map(|g| g.groups.len())).collect(),
         problems,
-        factor_entries: [reference.factor_entries(), springs.factor_entries()],
+        factor_entries: [reference.factor_entries(), spring_entries],
         memory_bytes,
         seconds,
         steps: steps(&scene, loads.iter().filter(|case| case.fit).count(), loads.len(), optimiser.name, problems),

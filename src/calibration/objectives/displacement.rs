@@ -13,21 +13,19 @@
 //! Scaling: K(s phi) = s K(phi), so u(s phi) = u(phi) / s. The best common factor of all stiffnesses is therefore known
 //! from inner products alone: 1/s = sum_c w_c^2 u_c.u_ref,c / sum_c w_c^2 |u_c|^2.
 
-use std::sync::Arc;
-
 use crate::calibration::objective::{Counts, Objective};
 use crate::dense::dot;
 use crate::error::{Error, Result};
-use crate::sparse::cholesky::{Factor, Symbolic};
-use crate::springs::affine::AffineStiffness;
+use crate::springs::solver::{Settings, SpringOperator, SpringSolver};
+
+/// Relative residual that is enough for a column of the Jacobian: steps are inexact anyway.
+const COLUMN_TOLERANCE: f64 = 1e-6;
 
 /// The fixed part of a displacement problem, shared by its workers.
 #[derive(Clone, Copy)]
 pub struct Target<'a> {
-    /// K(phi) of the network with its groups.
-    pub stiffness: &'a AffineStiffness,
-    /// The analysis of its pattern.
-    pub symbolic: &'a Arc<Symbolic>,
+    /// The springs with their groups.
+    pub operator: &'a SpringOperator<'a>,
     /// Upper bounds of phi, length m.
     pub upper: &'a [f64],
     /// Forces of all load cases over the free dofs, one after the other (cases x n), in N.
@@ -49,9 +47,10 @@ pub fn weights(largest: &[f64], nodes: usize) -> Vec<f64> {
 /// One worker of a displacement problem.
 pub struct Displacement<'a> {
     target: Target<'a>,
-    factor: Factor,
+    solver: SpringSolver<'a>,
+    tolerance: f64,
     phi: Vec<f64>,
-    /// K(phi) is this times the matrix that `factor` holds.
+    /// K(phi) is this times the matrix that `solver` holds.
     scale: f64,
     displacement: Vec<f64>,
     right: Vec<f64>,
@@ -60,10 +59,16 @@ pub struct Displacement<'a> {
 }
 
 impl<'a> Displacement<'a> {
-    /// A worker with its own factor.
+    /// A worker that factors K(phi) in double precision for every phi: the exact path.
     pub fn new(target: Target<'a>) -> Self {
+        Self::with_solver(target, &Settings::DIRECT)
+    }
+
+    /// A worker that solves as the settings say.
+    pub fn with_solver(target: Target<'a>, settings: &Settings) -> Self {
         Self {
-            factor: Factor::new(Arc::clone(target.symbolic)),
+            solver: SpringSolver::new(target.operator, settings),
+            tolerance: settings.tolerance,
             phi: vec![0.0; target.upper.len()],
             scale: 1.0,
             displacement: vec![0.0; target.forces.len()],
@@ -79,8 +84,13 @@ impl<'a> Displacement<'a> {
         &self.displacement
     }
 
+    /// The problem it works on.
+    pub fn target(&self) -> Target<'a> {
+        self.target
+    }
+
     fn unknowns(&self) -> usize {
-        self.factor.symbolic().len()
+        self.solver.unknowns()
     }
 
     /// The error of the displacements divided by `scale`.
@@ -108,7 +118,7 @@ impl<'a> Displacement<'a> {
         self.solved.resize(n * m, 0.0);
         let mut applied = vec![0.0; m];
         for (a, column) in self.right.chunks_exact_mut(n).enumerate() {
-            self.target.stiffness.apply(a, u, column);
+            self.solver.apply(a, u, column);
             applied[a] = dot(column, column).sqrt();
         }
         let free = self.free_column(&applied);
@@ -117,7 +127,8 @@ impl<'a> Displacement<'a> {
             self.right.copy_within((free + 1) * n.., free * n);
         }
         let count = columns.len() * n;
-        self.factor.solve(&self.right[..count], &mut self.solved[..count])?;
+        self.solved[..count].fill(0.0);
+        self.solver.solve(&self.right[..count], &mut self.solved[..count], COLUMN_TOLERANCE.max(self.tolerance))?;
         self.counts.solves += columns.len() as u64;
         let weight = self.target.weights[case];
         let mut rest: Vec<f64> = u.iter().map(|u| -u * weight).collect();
@@ -140,12 +151,10 @@ impl<'a> Displacement<'a> {
 impl Objective for Displacement<'_> {
     fn error(&mut self, phi: &[f64]) -> Result<f64> {
         self.counts.evaluations += 1;
-        self.counts.refactorisations += 1;
         self.phi.copy_from_slice(phi);
         self.scale = 1.0;
-        self.target.stiffness.assemble_into(phi, self.factor.values_mut());
-        let outcome =
-            self.factor.refactor().and_then(|()| self.factor.solve(self.target.forces, &mut self.displacement));
+        let set = self.solver.set(phi);
+        let outcome = set.and_then(|()| self.solver.solve(self.target.forces, &mut self.displacement, self.tolerance));
         if let Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) = outcome {
             self.counts.rejected += 1;
         }
@@ -189,6 +198,6 @@ impl Objective for Displacement<'_> {
     }
 
     fn counts(&self) -> Counts {
-        self.counts
+        self.counts.with(self.solver.work())
     }
 }

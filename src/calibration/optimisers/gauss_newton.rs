@@ -6,7 +6,7 @@
 //!
 //! a convex quadratic in a box. A step that lowers the error is taken and lambda falls with how well the model
 //! predicted the gain (H. B. Nielsen, Tech. Univ. of Denmark, 1999); one that does not is thrown away and lambda grows.
-//! Every trial costs one factorisation; the Jacobian at an accepted trial reuses it.
+//! Every trial costs at most one factorisation; the Jacobian at an accepted trial reuses it.
 //!
 //! Stiffness acts by its inverse, so far from the solution a straight step in phi overshoots below zero. Steps are
 //! therefore taken in x with phi = c sinh(x): logarithmic where phi is much larger than c, linear near the bound 0,
@@ -16,12 +16,10 @@
 //! Many groups leave flat valleys and local minima, so several starts spend a few factorisations each, and only the best
 //! of them is polished.
 
-use rayon::prelude::*;
-
-use crate::calibration::objective::{Objective, Problem};
+use crate::calibration::objective::{Objective, Problem, each};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint, best};
 use crate::clock::Stopwatch;
-use crate::dense;
+use crate::dense::{self, LeastSquares};
 use crate::error::{Error, Result};
 use crate::rng::Stream;
 
@@ -42,9 +40,9 @@ const LARGEST_DAMPING: f64 = 1e10;
 /// # Errors
 /// When no start has a positive definite K, or on interruption.
 pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
-    let starts = 0..settings.starts.max(1);
+    let starts = settings.starts_for(problem.upper.len());
     let outcomes: Vec<Result<Outcome>> =
-        starts.into_par_iter().map(|s| descend(problem, settings, &start(problem, s))).collect();
+        each(problem.side_by_side, starts, |s| descend(problem, settings, &start(problem, s)));
     let mut found = Vec::new();
     let mut failure = None;
     for outcome in outcomes {
@@ -104,10 +102,11 @@ pub fn descend(problem: &Problem, settings: &Settings, from: &[f64]) -> Result<O
             break Stop::Converged;
         }
         objective.linearise(&mut descent.residual, &mut descent.jacobian)?;
-        descent.model(&phi);
+        descent.prepare(&phi);
         let before = error;
         let stop = loop {
-            if objective.counts().refactorisations >= settings.refactorisations {
+            // every trial counts, also one that an old factor answers
+            if objective.counts().evaluations >= settings.refactorisations {
                 break Some(Stop::RefactorisationLimit);
             }
             let Some((trial, predicted)) = descent.step(&phi, problem.upper) else {
@@ -117,6 +116,7 @@ pub fn descend(problem: &Problem, settings: &Settings, from: &[f64]) -> Result<O
                 }
                 continue;
             };
+            problem.progress.check()?;
             problem.progress.advance(1);
             let mut trial_phi = trial;
             let tried = match objective.error(&trial_phi) {
@@ -156,8 +156,8 @@ struct Descent {
     chart: f64,
     residual: Vec<f64>,
     jacobian: Vec<f64>,
-    /// J^T J in x, m x m.
-    gram: Vec<f64>,
+    /// |J d|^2 in x; made anew at every accepted point.
+    model: Option<LeastSquares>,
     /// J^T r in x.
     gradient: Vec<f64>,
     damping: f64,
@@ -173,7 +173,7 @@ impl Descent {
             chart: LINEAR_BELOW * median,
             residual: vec![],
             jacobian: vec![],
-            gram: vec![],
+            model: None,
             gradient: vec![],
             damping: DAMPING,
             growth: 2.0,
@@ -185,37 +185,35 @@ impl Descent {
         error < 1e-12
     }
 
-    /// Forms J^T J and J^T r in the coordinates of the chart.
-    fn model(&mut self, phi: &[f64]) {
+    /// Forms the quadratic model in the coordinates of the chart.
+    fn prepare(&mut self, phi: &[f64]) {
         let rows = self.residual.len();
         for (column, p) in self.jacobian.chunks_exact_mut(rows).zip(phi) {
             let slope = (p * p + self.chart * self.chart).sqrt();
             column.iter_mut().for_each(|entry| *entry *= slope);
         }
-        self.gram = dense::gram(&self.jacobian, rows, phi.len());
-        self.gradient = dense::transposed_product(&self.jacobian, &self.residual);
+        let model = LeastSquares::new(&self.jacobian, rows, phi.len());
+        self.gradient = model.transposed(&self.residual);
+        self.model = Some(model);
     }
 
     /// The damped step from `phi` inside the bounds and the gain in squared error that the model predicts; `None` when
     /// the damped matrix is not positive definite or nothing moves.
     fn step(&self, phi: &[f64], upper: &[f64]) -> Option<(Vec<f64>, f64)> {
-        let m = phi.len();
-        let largest = (0..m).fold(0.0_f64, |a, i| a.max(self.gram[i * m + i]));
-        let mut damped = self.gram.clone();
-        for i in 0..m {
-            damped[i * m + i] += self.damping * self.gram[i * m + i].max(1e-12 * largest);
-        }
+        let model = self.model.as_ref()?;
+        let squares = model.column_squares();
+        let largest = squares.iter().fold(0.0_f64, |a, b| a.max(*b));
+        let weights: Vec<f64> = squares.iter().map(|square| self.damping * square.max(1e-12 * largest)).collect();
         let x: Vec<f64> = phi.iter().map(|p| (p / self.chart).asinh()).collect();
         let down: Vec<f64> = x.iter().map(|x| -x).collect();
         let up: Vec<f64> = upper.iter().zip(&x).map(|(u, x)| ((u / self.chart).asinh() - x).max(0.0)).collect();
-        let d = dense::minimise_in_box(&damped, &self.gradient, &down, &up)?;
-        let quadratic: f64 = (0..m).map(|i| d[i] * dense::dot(&self.gram[i * m..(i + 1) * m], &d)).sum();
-        let predicted = -2.0 * dense::dot(&self.gradient, &d) - quadratic;
+        let d = model.minimise_in_box(&weights, &self.gradient, &down, &up)?;
+        let predicted = -2.0 * dense::dot(&self.gradient, &d) - model.square(&d);
         if predicted.is_nan() || predicted <= 0.0 {
             return None;
         }
         let moved = |i: usize| ((x[i] + d[i]).sinh() * self.chart).clamp(0.0, upper[i]);
-        Some(((0..m).map(moved).collect(), predicted))
+        Some(((0..phi.len()).map(moved).collect(), predicted))
     }
 
     /// After a step that failed.

@@ -17,10 +17,8 @@
 //! chains go on until they slow down, the best of them to the end. They do not know of each other, so the numbers do not
 //! depend on threads. Errors in the outcome are exact ones only.
 
-use rayon::prelude::*;
-
-use crate::calibration::objective::{Counts, Objective, Problem};
-use crate::calibration::objectives::displacement::{Displacement, Target};
+use crate::calibration::objective::{Counts, Objective, Problem, each};
+use crate::calibration::objectives::displacement::Displacement;
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint};
 use crate::calibration::optimisers::annealing::{self, Walk};
 use crate::calibration::optimisers::gauss_newton;
@@ -61,19 +59,19 @@ const CERTIFIED: usize = 120;
 /// When no chain finds a start with a positive definite K, when the problem is not one of displacements, or on
 /// interruption.
 pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
-    let Some(target) = problem.displacement else {
+    let Some(worker) = problem.displacement else {
         let help = "the surrogate needs the objective displacement";
         return Err(Error::input("calibration.optimiser", "there is no surrogate of this objective", help));
     };
     let chains = settings.chains.max(1);
     let screen = |chain: usize| {
-        let mut search = Search::begin(problem, settings, target, chain)?;
+        let mut search = Search::begin(problem, settings, worker(), chain)?;
         while chains > 1 && search.stop.is_none() && !search.slow {
             search.round()?;
         }
         Ok(search)
     };
-    let screened: Vec<Result<Search>> = (0..chains).into_par_iter().map(screen).collect();
+    let screened: Vec<Result<Search>> = each(problem.side_by_side, chains, screen);
     let (mut searches, mut failure) = (Vec::new(), Error::Interrupted);
     for search in screened {
         match search {
@@ -122,19 +120,24 @@ struct Search<'s, 'a> {
 
 impl<'s, 'a> Search<'s, 'a> {
     /// Solves at the first state of a chain.
-    fn begin(problem: &'s Problem<'a>, settings: &'s Settings, target: Target<'a>, chain: usize) -> Result<Self> {
+    fn begin(
+        problem: &'s Problem<'a>,
+        settings: &'s Settings,
+        mut exact: Displacement<'a>,
+        chain: usize,
+    ) -> Result<Self> {
         let clock = Stopwatch::start();
         let mut stream = Stream::new(problem.seed, problem.index, chain);
-        let mut exact = Displacement::new(target);
         let mut phi = annealing::start(problem, chain, &mut stream);
         exact.error(&phi)?;
         let error = exact.fit_scale(&mut phi);
+        let basis = Galerkin::new(exact.target())?;
         let mut search = Self {
             problem,
             settings,
             clock,
             exact,
-            basis: Galerkin::new(target),
+            basis,
             certificate: None,
             trust: Trust::new(&phi, RADIUS),
             stream,
@@ -272,8 +275,8 @@ impl<'s, 'a> Search<'s, 'a> {
     /// Gauss-Newton on the surrogate.
     fn descend(&mut self, from: Candidate) -> Result<Candidate> {
         let make = || -> Box<dyn Objective + '_> { Box::new(Walker::new(&self.basis, Some(&self.trust))) };
-        let Problem { upper, seed, index, progress, .. } = *self.problem;
-        let reduced = Problem { make: &make, displacement: None, upper, seed, index, progress };
+        let Problem { upper, seed, index, side_by_side, progress, .. } = *self.problem;
+        let reduced = Problem { make: &make, displacement: None, upper, seed, index, side_by_side, progress };
         let Outcome { phi, error, counts, .. } = gauss_newton::descend(&reduced, self.settings, &from.phi)?;
         self.surrogate_evaluations += counts.evaluations;
         Ok(if error < from.error { Candidate { phi, error, passed: true } } else { from })

@@ -24,8 +24,9 @@ use crate::calibration::objectives::displacement::Target;
 use crate::dense::{dot, triangle_of};
 use crate::error::{Error, Result};
 use crate::sparse::cholesky::Factor;
+use crate::springs::affine::AffineStiffness;
 
-use super::galerkin::Galerkin;
+use super::galerkin::{Galerkin, assembled};
 use super::packed;
 
 /// Steps of inverse iteration.
@@ -40,6 +41,7 @@ const ROUNDING: f64 = 1e-9;
 /// What bounds the error of a basis.
 pub struct Certificate<'a> {
     target: Target<'a>,
+    springs: &'a AffineStiffness,
     centre: Vec<f64>,
     factor: Factor,
     /// A lower bound of the smallest eigenvalue of K0, N/m; 0 until it is asked for.
@@ -65,15 +67,16 @@ impl<'a> Certificate<'a> {
     /// Factors K0: enough for the bound of the energy.
     ///
     /// # Errors
-    /// [`Error::NotPositiveDefinite`] at the centre.
+    /// [`Error::NotPositiveDefinite`] at the centre; [`Error::Input`] when the springs are not assembled.
     pub fn new(target: Target<'a>, centre: &[f64]) -> Result<Self> {
-        let mut factor = Factor::new(Arc::clone(target.symbolic));
-        target.stiffness.assemble_into(centre, factor.values_mut());
+        let (springs, symbolic) = assembled(&target)?;
+        let mut factor = Factor::new(Arc::clone(symbolic));
+        springs.assemble_into(centre, factor.values_mut());
         factor.refactor()?;
         let mut columns = vec![0.0; target.forces.len()];
         factor.half_solve(target.forces, &mut columns);
         let centre = centre.to_vec();
-        Ok(Self { target, centre, factor, smallest: 0.0, columns, rank: 0, triangle: Vec::new() })
+        Ok(Self { target, springs, centre, factor, smallest: 0.0, columns, rank: 0, triangle: Vec::new() })
     }
 
     /// Bounds the smallest eigenvalue of K0 too, so that [`Bound::error`] is finite. Some thirty solves and a few
@@ -82,7 +85,7 @@ impl<'a> Certificate<'a> {
     /// # Errors
     /// [`Error::NotPositiveDefinite`] or [`Error::Inaccurate`] at the centre.
     pub fn bound_eigenvalue(&mut self) -> Result<()> {
-        self.smallest = smallest_eigenvalue(self.target, &self.centre, &mut self.factor)?;
+        self.smallest = smallest_eigenvalue(self.springs, &self.centre, &mut self.factor)?;
         Ok(())
     }
 
@@ -95,7 +98,7 @@ impl<'a> Certificate<'a> {
         let mut products = vec![0.0; n * m];
         for j in self.rank..basis.rank() {
             for (a, product) in products.chunks_exact_mut(n).enumerate() {
-                self.target.stiffness.apply(a, basis.vector(j), product);
+                self.springs.apply(a, basis.vector(j), product);
             }
             let first = self.columns.len();
             self.columns.resize(first + n * m, 0.0);
@@ -107,7 +110,7 @@ impl<'a> Certificate<'a> {
 
     /// Numbers that [`Certificate::bound`] needs as workspace.
     pub(super) fn workspace(&self) -> usize {
-        let n = self.target.stiffness.unknowns();
+        let n = self.springs.unknowns();
         n.min(self.columns.len() / n)
     }
 
@@ -127,7 +130,7 @@ impl<'a> Certificate<'a> {
 
     /// |f_c - K(phi) V y|^2 in the norm of K0^-1.
     fn residual(&self, case: usize, phi: &[f64], y: &[f64], image: &mut [f64]) -> f64 {
-        let (n, cases) = (self.target.stiffness.unknowns(), self.target.weights.len());
+        let (n, cases) = (self.springs.unknowns(), self.target.weights.len());
         image.fill(0.0);
         let mut from = 0;
         let mut add = |column: usize, coefficient: f64| {
@@ -150,10 +153,10 @@ impl<'a> Certificate<'a> {
 }
 
 /// A proven lower bound of the smallest eigenvalue of K0; leaves K0 factored.
-fn smallest_eigenvalue(target: Target, centre: &[f64], factor: &mut Factor) -> Result<f64> {
-    let n = target.stiffness.unknowns();
+fn smallest_eigenvalue(springs: &AffineStiffness, centre: &[f64], factor: &mut Factor) -> Result<f64> {
+    let n = springs.unknowns();
     let load = |factor: &mut Factor, shift: f64| {
-        target.stiffness.assemble_into(centre, factor.values_mut());
+        springs.assemble_into(centre, factor.values_mut());
         let symbolic = Arc::clone(factor.symbolic());
         for &diagonal in &symbolic.lower_starts()[..n] {
             factor.values_mut()[diagonal as usize] -= shift;

@@ -14,8 +14,13 @@
 //! and nothing of length n is left online. The last term is carried as a vector and deflated with every new column, so it
 //! does not suffer from cancellation.
 
+use std::sync::Arc;
+
 use crate::calibration::objectives::displacement::Target;
 use crate::dense::{dot, gram_of_rows};
+use crate::error::{Error, Result};
+use crate::sparse::cholesky::Symbolic;
+use crate::springs::affine::AffineStiffness;
 
 use super::packed;
 
@@ -25,6 +30,8 @@ const IN_SPAN: f64 = 1e-10;
 /// The basis and the projected problem. Immutable while walkers use it.
 pub struct Galerkin<'a> {
     pub(super) target: Target<'a>,
+    /// The springs, assembled.
+    pub(super) springs: &'a AffineStiffness,
     /// V, column after column.
     vectors: Vec<f64>,
     /// Elongations of the basis vectors (springs x r).
@@ -41,10 +48,19 @@ pub struct Galerkin<'a> {
 
 impl<'a> Galerkin<'a> {
     /// An empty basis.
-    pub fn new(target: Target<'a>) -> Self {
+    ///
+    /// # Errors
+    /// [`Error::Input`] when the springs are not assembled.
+    pub fn new(target: Target<'a>) -> Result<Self> {
+        let (springs, _) = assembled(&target)?;
+        Ok(Self::empty(target, springs))
+    }
+
+    fn empty(target: Target<'a>, springs: &'a AffineStiffness) -> Self {
         let cases = target.weights.len();
         Self {
             target,
+            springs,
             vectors: Vec::new(),
             elongations: Vec::new(),
             stiffness: Vec::new(),
@@ -56,7 +72,7 @@ impl<'a> Galerkin<'a> {
 
     /// Forgets all columns.
     pub fn clear(&mut self) {
-        *self = Self::new(self.target);
+        *self = Self::empty(self.target, self.springs);
     }
 
     /// The problem that is projected.
@@ -75,7 +91,7 @@ impl<'a> Galerkin<'a> {
     }
 
     pub(super) fn unknowns(&self) -> usize {
-        self.target.stiffness.unknowns()
+        self.springs.unknowns()
     }
 
     /// Norm of the part of a reference that the basis cannot represent, m.
@@ -122,10 +138,10 @@ impl<'a> Galerkin<'a> {
     fn append(&mut self, vector: &[f64]) {
         let n = self.unknowns();
         self.vectors.extend_from_slice(vector);
-        let springs = self.target.stiffness.springs();
+        let springs = self.springs.springs();
         let first = self.elongations.len();
         self.elongations.resize(first + springs, 0.0);
-        self.target.stiffness.elongations(vector, &mut self.elongations[first..]);
+        self.springs.elongations(vector, &mut self.elongations[first..]);
         for (case, rest) in self.remainder.chunks_exact_mut(n).enumerate() {
             self.forces[case].push(dot(vector, &self.target.forces[case * n..(case + 1) * n]));
             self.aims[case].push(dot(vector, &self.target.reference[case * n..(case + 1) * n]));
@@ -139,7 +155,7 @@ impl<'a> Galerkin<'a> {
         if r == before {
             return;
         }
-        let stiffness = self.target.stiffness;
+        let stiffness = self.springs;
         let mut next = vec![0.0; stiffness.groups() * packed::len(r)];
         for (a, into) in next.chunks_exact_mut(packed::len(r)).enumerate() {
             for j in 0..before {
@@ -159,4 +175,19 @@ impl<'a> Galerkin<'a> {
         }
         self.stiffness = next;
     }
+}
+
+/// The assembled springs of a problem.
+///
+/// # Errors
+/// [`Error::Input`] when there are none.
+pub(super) fn assembled<'a>(target: &Target<'a>) -> Result<(&'a AffineStiffness, &'a Arc<Symbolic>)> {
+    target.operator.assembled().ok_or_else(|| {
+        let help = "use solver.path = \"stale\" or \"direct\", or another optimiser";
+        Error::input(
+            "calibration.optimiser",
+            "the surrogate needs factors, and this network is solved by multigrid",
+            help,
+        )
+    })
 }

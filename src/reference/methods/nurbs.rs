@@ -32,7 +32,8 @@ pub fn integration_points(patch: &Patch, extra: usize, thickness: f64) -> Integr
     let thickness = if patch.dimension() == 2 { thickness } else { 1.0 };
     let rule = TensorRule::of_spans(patch, extra);
     let fill = move |e: usize, out: &mut ElementPoints| fill(patch, &rule, spans[e], orientation * thickness, out);
-    let points = IntegrationPoints::new(patch.dimension(), patch.points().len(), thickness, acting, Box::new(fill));
+    let points = IntegrationPoints::new(patch.dimension(), patch.points().len(), thickness, acting, Box::new(fill))
+        .of_patch(patch, extra);
     match orientation < 0.0 {
         true => points.with_warning(
             "the patch is left-handed (det dx/dxi < 0 everywhere): volumes are taken positive".to_owned(),

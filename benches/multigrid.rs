@@ -1,0 +1,78 @@
+//! The multigrid path of the springs from 9^3 to 97^3: iterations, seconds, memory, and the growth of time.
+//!
+//! Policy: cubes with springs grouped by kind, one load, residual 1e-10. Best of five (one for the largest), wall clock;
+//! run with RAYON_NUM_THREADS=1 or 2 on a quiet machine. `--largest N` stops at N^3.
+
+use springfit::clock::Stopwatch;
+use springfit::geometry::dofs::DofMap;
+use springfit::geometry::grid::Grid;
+use springfit::springs::multigrid_solver::MultigridSolver;
+use springfit::springs::weighting::{self, Law, Weighting};
+use springfit::springs::{grouping, topology};
+
+/// Seconds of the stages.
+struct Row {
+    dofs: usize,
+    iterations: usize,
+    residual: f64,
+    made: f64,
+    set: f64,
+    solve: f64,
+    bytes: usize,
+}
+
+fn measure(n: usize, runs: usize) -> Row {
+    let grid = Grid::new(&[n, n, n]);
+    let part = |i: usize| 2.0 * i as f64 / (n - 1) as f64;
+    let points: Vec<[f64; 3]> = (0..grid.len()).map(|node| grid.index(node).map(part)).collect();
+    let held: Vec<[bool; 3]> = (0..grid.len()).map(|node| [grid.index(node)[2] == 0; 3]).collect();
+    let dofs = DofMap::untied(3, &held);
+    let network = (topology::find("grid").expect("in the table").connect)(&grid, &points, &dofs);
+    let grouping = (grouping::find("kind").expect("in the table").group)(&network, 0.1).expect("no gamma needed");
+    let coefficients = weighting::coefficients(&network, Weighting::Cells, Law::Stiffness);
+    let b: Vec<f64> = (0..dofs.len()).map(|i| [80.0, -40.0, 40.0][dofs.owner(i).1]).collect();
+    let watch = Stopwatch::start();
+    let mut solver =
+        MultigridSolver::new(&network, &grid, &dofs, &grouping, &coefficients).expect("a grid that can be halved");
+    let made = watch.seconds();
+    let (mut set, mut solve) = (f64::INFINITY, f64::INFINITY);
+    let mut report = None;
+    for _ in 0..runs {
+        let watch = Stopwatch::start();
+        solver.set(&[1000.0, 1400.0, 700.0]);
+        set = set.min(watch.seconds());
+        let mut u = vec![0.0; b.len()];
+        let watch = Stopwatch::start();
+        report = Some(solver.solve(&b, &mut u, 1e-10).expect("solvable"));
+        solve = solve.min(watch.seconds());
+    }
+    let report = report.expect("one run at least");
+    let (iterations, residual) = (report.iterations, report.residual);
+    Row { dofs: dofs.len(), iterations, residual, made, set, solve, bytes: solver.memory_bytes() }
+}
+
+fn main() {
+    let mut arguments = std::env::args().skip_while(|argument| argument != "--largest").skip(1);
+    let largest: usize = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(65);
+    println!("threads {}", rayon::current_num_threads());
+    println!(" n      dofs  iterations  residual   new s    set s  solve s  MB   growth");
+    let mut before: Option<Row> = None;
+    for n in [9, 17, 25, 33, 49, 65, 97].into_iter().filter(|n| *n <= largest) {
+        let row = measure(n, if n > 65 { 1 } else { 5 });
+        let total = |row: &Row| row.set + row.solve;
+        let growth = before.map_or(String::new(), |before| {
+            format!("{:.2}", (total(&row) / total(&before)).ln() / (row.dofs as f64 / before.dofs as f64).ln())
+        });
+        println!(
+            "{n:2} {:9} {:11} {:9.1e} {:7.3} {:8.4} {:8.4} {:4.0} {growth:>7}",
+            row.dofs,
+            row.iterations,
+            row.residual,
+            row.made,
+            row.set,
+            row.solve,
+            row.bytes as f64 / 1e6
+        );
+        before = Some(row);
+    }
+}

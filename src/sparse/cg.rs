@@ -1,0 +1,455 @@
+//! Conjugate gradients with a preconditioner: A x = b for a symmetric positive definite A that is only applied.
+//!
+//! With r = b - A x, z = M r for a preconditioner M ~ A^-1, and a search direction p, one iteration is
+//!
+//! ```text
+//! q = A p,   alpha = r.z / p.q,   x += alpha p,   r -= alpha q,   z' = M r',   beta = -z'.q / p.q,   p = z' + beta p
+//! ```
+//!
+//! (M. R. Hestenes and E. Stiefel, J. Res. Natl. Bur. Stand. 49, 1952). In exact arithmetic this beta is the usual
+//! r'.z' / r.z, since r' - r = -alpha q and p.q = r.z / alpha; written so it keeps the directions conjugate to each other when M is not
+//! quite symmetric or linear, as one computed in single precision is (Y. Notay, SIAM J. Sci. Comput. 22, 2000). The
+//! error in the energy norm after k iterations is at most 2 ((sqrt c - 1) / (sqrt c + 1))^k of the first, where c is
+//! the condition number of M A.
+//!
+//! The r of the recursion drifts from b - A x by rounding. When the recursion says it is done, b - A x is computed; if
+//! that is above the tolerance, the iteration starts anew from it, until it gains nothing more. The residual that is
+//! handed back is always computed, never the one of the recursion.
+//!
+//! Several right-hand sides travel together ([`solve_columns`]): each has its own alpha and beta, and stops when it is
+//! done, but M is applied to all that are left at once. A factor is read from memory once for all of them.
+//!
+//! All vectors are columns of n f64. Nothing is allocated after the [`Workspace`] has grown to the number of columns, and
+//! every sum has one fixed order: the same calls give the same bits.
+
+/// Lanes of a sum of products: enough for the widest registers, fixed so that the order of the sum is.
+const LANES: usize = 16;
+
+/// A computed residual above the tolerance starts the iteration anew only while it falls by this factor from one such
+/// start to the next.
+const RESTART_GAIN: f64 = 0.5;
+
+/// The vectors of an iteration; serves systems of one size.
+pub struct Workspace {
+    unknowns: usize,
+    residual: Vec<f64>,
+    preconditioned: Vec<f64>,
+    direction: Vec<f64>,
+    product: Vec<f64>,
+    running: Vec<Running>,
+    known: Vec<Known>,
+}
+
+/// A right-hand side that is iterated on; the i-th of them owns the i-th column of every vector of the workspace.
+#[derive(Debug, Clone, Copy)]
+struct Running {
+    /// Its place in b and x.
+    place: usize,
+    /// Norm of the residual that ends it.
+    target: f64,
+    /// r.z
+    decrease: f64,
+    /// p.q
+    curvature: f64,
+}
+
+/// What is known of a right-hand side.
+#[derive(Debug, Clone, Copy)]
+struct Known {
+    /// |b|
+    norm: f64,
+    /// |b - A x| / |b|, as last computed.
+    residual: f64,
+    /// Whether x has moved since.
+    moved: bool,
+}
+
+impl Workspace {
+    /// Vectors for n unknowns.
+    pub fn new(n: usize) -> Self {
+        let vector = || vec![0.0; n];
+        Self {
+            unknowns: n,
+            residual: vector(),
+            preconditioned: vector(),
+            direction: vector(),
+            product: vector(),
+            running: Vec::with_capacity(1),
+            known: Vec::with_capacity(1),
+        }
+    }
+
+    /// Makes room for more columns.
+    fn grow(&mut self, columns: usize) {
+        let length = self.unknowns * columns;
+        for vectors in [&mut self.residual, &mut self.preconditioned, &mut self.direction, &mut self.product] {
+            if vectors.len() < length {
+                vectors.resize(length, 0.0);
+            }
+        }
+    }
+
+    /// Takes the i-th running column out; the last one moves to its place.
+    fn remove(&mut self, i: usize) {
+        let (n, last) = (self.unknowns, self.running.len() - 1);
+        for vectors in [&mut self.residual, &mut self.direction, &mut self.product] {
+            vectors.copy_within(last * n..(last + 1) * n, i * n);
+        }
+        self.running.swap_remove(i);
+    }
+}
+
+/// How an iteration ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    /// Iterations, each one product and one preconditioning; of all columns together.
+    pub iterations: usize,
+    /// |b - A x| / |b| of the x that was written, computed in f64, of the worst column; 0 when b = 0, infinite when A or
+    /// M gave what is no number.
+    pub residual: f64,
+}
+
+impl Outcome {
+    /// True when the computed residual is at most `tolerance`.
+    pub fn reached(&self, tolerance: f64) -> bool {
+        self.residual <= tolerance
+    }
+}
+
+/// Solves A x = b from the initial guess in `x` until |b - A x| <= tolerance |b|.
+///
+/// `apply(p, q)` writes q = A p; `precondition(r, z)` writes z = M r. A guess that is not yet the answer is first multiplied
+/// by the factor that makes its error smallest in the energy norm (0 when it is of no use). Stops earlier after `limit`
+/// iterations, where A or M shows not to be positive definite, and where rounding allows no smaller residual:
+/// [`Outcome::reached`] tells. An initial guess of zeros costs no product.
+///
+/// # Panics
+/// When `b`, `x` and the workspace have different lengths.
+pub fn solve(
+    apply: &mut dyn FnMut(&[f64], &mut [f64]),
+    precondition: &mut dyn FnMut(&[f64], &mut [f64]),
+    b: &[f64],
+    x: &mut [f64],
+    tolerance: f64,
+    limit: usize,
+    work: &mut Workspace,
+) -> Outcome {
+    assert_eq!(b.len(), work.unknowns, "one right-hand side of the length of the workspace");
+    solve_columns(apply, precondition, b, x, tolerance, limit, work)
+}
+
+/// Solves A X = B for `b.len() / n` columns, one after another in memory, as [`solve`] does for one; `limit` iterations for each.
+/// `apply` is given one column, `precondition` any number of whole columns.
+///
+/// # Panics
+/// When `b` is not a whole number of columns of the workspace, or `x` has another length.
+pub fn solve_columns(
+    apply: &mut dyn FnMut(&[f64], &mut [f64]),
+    precondition: &mut dyn FnMut(&[f64], &mut [f64]),
+    b: &[f64],
+    x: &mut [f64],
+    tolerance: f64,
+    limit: usize,
+    work: &mut Workspace,
+) -> Outcome {
+    let n = work.unknowns.max(1);
+    assert!(b.len() == x.len() && b.len().is_multiple_of(n), "whole columns of the length of the workspace");
+    work.grow(b.len() / n);
+    work.known.clear();
+    work.known.extend(b.chunks_exact(n).map(|b| Known {
+        norm: dot(b, b).sqrt(),
+        residual: f64::INFINITY,
+        moved: true,
+    }));
+    let (mut iterations, mut left, mut first) = (0, limit, true);
+    loop {
+        work.running.clear();
+        for (place, (b, x)) in b.chunks_exact(n).zip(x.chunks_exact_mut(n)).enumerate() {
+            start(apply, b, x, place, tolerance, first, work);
+        }
+        if work.running.is_empty() || left == 0 {
+            break;
+        }
+        let (longest, all) = descend(apply, precondition, x, left, work);
+        (iterations, left, first) = (iterations + all, left - longest, false);
+    }
+    let worst = work.known.iter().map(|known| if known.residual.is_nan() { f64::INFINITY } else { known.residual });
+    Outcome { iterations, residual: worst.fold(0.0, f64::max) }
+}
+
+/// Computes the residual of a column whose x has moved, and lets it run if it is not done and has gained since the last
+/// start. At the first start its guess is scaled.
+fn start(
+    apply: &mut dyn FnMut(&[f64], &mut [f64]),
+    b: &[f64],
+    x: &mut [f64],
+    place: usize,
+    tolerance: f64,
+    first: bool,
+    work: &mut Workspace,
+) {
+    let Known { norm, residual: before, moved } = work.known[place];
+    if !moved {
+        return;
+    }
+    work.known[place].moved = false;
+    if norm == 0.0 {
+        x.fill(0.0);
+        work.known[place].residual = 0.0;
+        return;
+    }
+    let n = b.len();
+    let slot = work.running.len() * n..(work.running.len() + 1) * n;
+    let (r, q) = (&mut work.residual[slot.clone()], &mut work.product[slot]);
+    if first {
+        scale_guess(apply, b, x, tolerance * norm, r, q);
+    } else {
+        apply(x, q);
+        r.copy_from_slice(b);
+        subtract(r, 1.0, q);
+    }
+    let residual = dot(r, r).sqrt() / norm;
+    work.known[place].residual = residual;
+    // written so that a residual that is not a number ends it
+    if residual > tolerance && residual <= RESTART_GAIN * before {
+        work.running.push(Running { place, target: tolerance * norm, decrease: 0.0, curvature: 0.0 });
+    }
+}
+
+/// Multiplies the guess by x.b / x.Ax unless its residual is at most `target` in norm; leaves b - A x in `r`.
+fn scale_guess(
+    apply: &mut dyn FnMut(&[f64], &mut [f64]),
+    b: &[f64],
+    x: &mut [f64],
+    target: f64,
+    r: &mut [f64],
+    q: &mut [f64],
+) {
+    r.copy_from_slice(b);
+    if x.iter().all(|x| *x == 0.0) {
+        return;
+    }
+    apply(x, q);
+    subtract(r, 1.0, q);
+    if dot(r, r).sqrt() <= target {
+        return;
+    }
+    r.copy_from_slice(b);
+    let factor = dot(x, b) / dot(x, q);
+    if factor.is_finite() && factor > 0.0 {
+        x.iter_mut().for_each(|x| *x *= factor);
+        subtract(r, factor, q);
+    } else {
+        x.fill(0.0);
+    }
+}
+
+/// Iterates all running columns until the last of them is done; returns the iterations of the longest and of all.
+fn descend(
+    apply: &mut dyn FnMut(&[f64], &mut [f64]),
+    precondition: &mut dyn FnMut(&[f64], &mut [f64]),
+    x: &mut [f64],
+    limit: usize,
+    work: &mut Workspace,
+) -> (usize, usize) {
+    let n = work.unknowns;
+    let length = work.running.len() * n;
+    precondition(&work.residual[..length], &mut work.preconditioned[..length]);
+    work.direction[..length].copy_from_slice(&work.preconditioned[..length]);
+    for (i, column) in work.running.iter_mut().enumerate() {
+        let slot = i * n..(i + 1) * n;
+        column.decrease = dot(&work.residual[slot.clone()], &work.preconditioned[slot]);
+        work.known[column.place].moved = true;
+    }
+    let mut all = 0;
+    for iteration in 1..=limit {
+        all += work.running.len();
+        // backwards, so that the column that moves to the place of one that is done had its turn
+        for i in (0..work.running.len()).rev() {
+            let place = work.running[i].place;
+            if !advance(apply, i, &mut x[place * n..(place + 1) * n], work) {
+                work.remove(i);
+            }
+        }
+        if work.running.is_empty() {
+            return (iteration, all);
+        }
+        let length = work.running.len() * n;
+        precondition(&work.residual[..length], &mut work.preconditioned[..length]);
+        for i in 0..work.running.len() {
+            turn(i, work);
+        }
+    }
+    (limit, all)
+}
+
+/// One step of the i-th running column along its direction; false when that was its last.
+fn advance(apply: &mut dyn FnMut(&[f64], &mut [f64]), i: usize, x: &mut [f64], work: &mut Workspace) -> bool {
+    let Running { target, decrease, .. } = work.running[i];
+    let slot = i * x.len()..(i + 1) * x.len();
+    let p = &work.direction[slot.clone()];
+    let (r, q) = (&mut work.residual[slot.clone()], &mut work.product[slot]);
+    apply(p, q);
+    let curvature = dot(p, q);
+    if !(decrease > 0.0 && curvature > 0.0 && decrease.is_finite() && curvature.is_finite()) {
+        return false;
+    }
+    let alpha = decrease / curvature;
+    for (x, p) in x.iter_mut().zip(p) {
+        *x += alpha * p;
+    }
+    subtract(r, alpha, q);
+    work.running[i].curvature = curvature;
+    dot(r, r).sqrt() > target
+}
+
+/// The next direction of the i-th running column.
+fn turn(i: usize, work: &mut Workspace) {
+    let slot = i * work.unknowns..(i + 1) * work.unknowns;
+    let (r, z, q) = (&work.residual[slot.clone()], &work.preconditioned[slot.clone()], &work.product[slot.clone()]);
+    let p = &mut work.direction[slot];
+    let column = &mut work.running[i];
+    let beta = -dot(z, q) / column.curvature;
+    column.decrease = dot(r, z);
+    for (p, z) in p.iter_mut().zip(z) {
+        *p = z + beta * *p;
+    }
+}
+
+/// y -= factor x.
+fn subtract(y: &mut [f64], factor: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y -= factor * x;
+    }
+}
+
+/// Sum of products in a fixed order that registers can hold side by side.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut lanes = [0.0; LANES];
+    let (a_blocks, b_blocks) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest: f64 = a_blocks.remainder().iter().zip(b_blocks.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in a_blocks.zip(b_blocks) {
+        for i in 0..LANES {
+            lanes[i] += a[i] * b[i];
+        }
+    }
+    lanes.iter().sum::<f64>() + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A chain of springs 1, 1/2, 1/3, ..., held at both ends.
+    fn chain(p: &[f64], q: &mut [f64]) {
+        let n = p.len();
+        for i in 0..n {
+            let (left, right) = (1.0 / (i + 1) as f64, 1.0 / (i + 2) as f64);
+            let before = if i > 0 { p[i - 1] } else { 0.0 };
+            let after = if i + 1 < n { p[i + 1] } else { 0.0 };
+            q[i] = left * (p[i] - before) + right * (p[i] - after);
+        }
+    }
+
+    fn jacobi(r: &[f64], z: &mut [f64]) {
+        for (i, (z, r)) in z.iter_mut().zip(r).enumerate() {
+            *z = r / (1.0 / (i + 1) as f64 + 1.0 / (i + 2) as f64);
+        }
+    }
+
+    #[test]
+    fn hestenes_stiefel_ends_after_n_iterations_and_says_the_true_residual() {
+        let n = 60;
+        let b: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
+        let mut x = vec![0.0; n];
+        let mut work = Workspace::new(n);
+        let outcome = solve(&mut chain, &mut jacobi, &b, &mut x, 1e-12, 200, &mut work);
+        assert!(outcome.reached(1e-12) && outcome.iterations <= n + 5, "{outcome:?}");
+        let mut product = vec![0.0; n];
+        chain(&x, &mut product);
+        let squares = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>();
+        let r = squares(&mut product.iter().zip(&b).map(|(q, b)| q - b)) / squares(&mut b.iter().copied());
+        assert!((r.sqrt() - outcome.residual).abs() <= 1e-3 * outcome.residual);
+    }
+
+    #[test]
+    fn the_solution_as_guess_costs_nothing_and_zero_forces_give_zero() {
+        let n = 10;
+        let exact: Vec<f64> = (0..n).map(|i| i as f64 - 3.0).collect();
+        let mut b = vec![0.0; n];
+        chain(&exact, &mut b);
+        let mut x = exact.clone();
+        let mut work = Workspace::new(n);
+        let outcome = solve(&mut chain, &mut jacobi, &b, &mut x, 1e-10, 50, &mut work);
+        assert_eq!((outcome.iterations, x.as_slice()), (0, exact.as_slice()));
+        x.iter_mut().for_each(|x| *x *= -7.0);
+        let outcome = solve(&mut chain, &mut jacobi, &b, &mut x, 1e-10, 50, &mut work);
+        assert!(outcome.reached(1e-10), "{outcome:?}");
+        exact.iter().zip(&mut x).for_each(|(e, x)| *x = 7.0 * e);
+        let outcome = solve(&mut chain, &mut jacobi, &b, &mut x, 1e-10, 50, &mut work);
+        assert!(outcome.reached(1e-10) && outcome.iterations <= 1, "{outcome:?}");
+        x[3] = f64::NAN;
+        let outcome = solve(&mut chain, &mut jacobi, &b, &mut x, 1e-10, 50, &mut work);
+        assert!(outcome.reached(1e-10), "{outcome:?}");
+        let outcome = solve(&mut chain, &mut jacobi, &vec![0.0; n], &mut x, 1e-10, 50, &mut work);
+        assert_eq!(outcome, Outcome { iterations: 0, residual: 0.0 });
+        assert_eq!(x, vec![0.0; n]);
+    }
+
+    #[test]
+    fn what_is_not_positive_definite_or_not_a_number_ends_and_is_not_called_done() {
+        let b = [1.0, 1.0, 1.0];
+        let mut work = Workspace::new(3);
+        let mut same = |r: &[f64], z: &mut [f64]| z.copy_from_slice(r);
+        for factor in [-1.0, f64::NAN, f64::INFINITY, 0.0] {
+            let mut apply = |p: &[f64], q: &mut [f64]| q.iter_mut().zip(p).for_each(|(q, p)| *q = factor * p);
+            let outcome = solve(&mut apply, &mut same, &b, &mut [0.0; 3], 1e-10, 50, &mut work);
+            assert!(!outcome.reached(1e-10), "{factor}: {outcome:?}");
+            let outcome = solve(&mut same.clone(), &mut apply, &b, &mut [0.0; 3], 1e-10, 50, &mut work);
+            assert!(!outcome.reached(1e-10), "preconditioner {factor}: {outcome:?}");
+        }
+    }
+
+    #[test]
+    fn columns_travel_together_and_each_stops_when_it_is_done() {
+        let n = 60;
+        // a smooth and a rough force, none, the image of the guess, one already solved by its guess
+        let mut b = vec![0.0; 5 * n];
+        let mut x = vec![0.0; 5 * n];
+        for i in 0..n {
+            b[i] = 1.0;
+            b[n + i] = (7.0 * i as f64).sin();
+            x[2 * n + i] = 4.0;
+            x[3 * n + i] = (i as f64).cos();
+            x[4 * n + i] = 0.5 - i as f64;
+        }
+        for c in [3, 4] {
+            let (x, b) = (&x[c * n..(c + 1) * n], &mut b[c * n..(c + 1) * n]);
+            chain(x, b);
+        }
+        x[3 * n..4 * n].iter_mut().for_each(|x| *x *= 2.0);
+        let mut alone = x.clone();
+        let mut work = Workspace::new(n);
+        let mut each = |r: &[f64], z: &mut [f64]| {
+            r.chunks_exact(n).zip(z.chunks_exact_mut(n)).for_each(|(r, z)| jacobi(r, z));
+        };
+        let together = solve_columns(&mut chain, &mut each, &b, &mut x, 1e-12, 200, &mut work);
+        assert!(together.reached(1e-12), "{together:?}");
+        let mut iterations = 0;
+        for (b, x) in b.chunks_exact(n).zip(alone.chunks_exact_mut(n)) {
+            iterations += solve(&mut chain, &mut each, b, x, 1e-12, 200, &mut work).iterations;
+        }
+        assert_eq!((x, together.iterations), (alone, iterations));
+        assert_eq!(solve_columns(&mut chain, &mut each, &[], &mut [], 1e-12, 9, &mut work).residual, 0.0);
+    }
+
+    #[test]
+    fn a_tolerance_below_rounding_ends_at_rounding() {
+        let n = 60;
+        let b: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
+        let mut x = vec![0.0; n];
+        let mut work = Workspace::new(n);
+        let outcome = solve(&mut chain, &mut jacobi, &b, &mut x, 0.0, 100_000, &mut work);
+        assert!(outcome.iterations < 100_000 && outcome.residual < 1e-12, "{outcome:?}");
+    }
+}

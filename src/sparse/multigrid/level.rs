@@ -1,0 +1,269 @@
+//! One grid of the hierarchy and what is done on it: products, the diagonal, Chebyshev smoothing.
+//!
+//! The smoother is the polynomial of the fourth kind of degree 2 on the inverse 3 x 3 diagonal blocks D (J. Lottes,
+//! Numer. Linear Algebra Appl. 30, 2023). With lambda >= the largest eigenvalue of D^-1 A and r = b - A x,
+//!
+//! ```text
+//! z_1 = 4/3 D^-1 r_0 / lambda,                 x += z_1,   r_1 = r_0 - A z_1
+//! z_2 = 1/5 z_1 + 12/5 D^-1 r_1 / lambda,      x += z_2,   r_2 = r_1 - A z_2
+//! ```
+//!
+//! It needs no lower end of the spectrum and is the same polynomial before and after the coarse grid, so the V-cycle is
+//! symmetric. For springs lambda = 2 is exact: every spring joins two nodes, A_s <= 2 diag(A_s).
+
+use rayon::prelude::*;
+
+use super::bars::Bars;
+use super::blocks::Blocks;
+use super::padded::{Held, Padded, components, pieces};
+
+/// Places that one task of a spring product serves; fixed, though no bit depends on it.
+const PIECE: usize = 2048;
+
+/// Steps of the power iteration for lambda, and the factor on what it finds, since it finds too little.
+const POWER_STEPS: usize = 8;
+const POWER_SAFETY: f32 = 1.15;
+
+/// First step: weight of D^-1 r.
+pub const FIRST: f32 = 4.0 / 3.0;
+
+/// Second step: weights of z_1 and of D^-1 r.
+pub const SECOND: (f32, f32) = (0.2, 2.4);
+
+/// A as it is stored on a grid.
+#[derive(Debug, Clone)]
+pub enum Operator {
+    /// The finest grid: springs.
+    Bars(Bars<f32>),
+    /// Coarser grids.
+    Blocks(Blocks),
+}
+
+/// One grid with its vectors.
+#[derive(Debug, Clone)]
+pub struct Level {
+    /// Layout of the vectors.
+    pub padded: Padded,
+    /// A.
+    pub operator: Operator,
+    /// Bits of the free components of every place.
+    pub free: Vec<u8>,
+    /// The held components.
+    pub held: Held,
+    /// Inverse diagonal blocks, six components (xx, yy, zz, xy, xz, yz), zero where held.
+    pub inverse: Vec<f32>,
+    /// An upper bound of the eigenvalues of D^-1 A.
+    pub lambda: f32,
+    /// The solution.
+    pub x: Vec<f32>,
+    /// The residual; the right-hand side at the start.
+    pub r: Vec<f32>,
+    /// Corrections of two steps.
+    pub z: [Vec<f32>; 2],
+}
+
+impl Level {
+    /// A grid with an operator whose numbers come later.
+    pub fn new(padded: Padded, operator: Operator, free: Vec<u8>) -> Self {
+        let vector = || vec![0.0; 3 * padded.len()];
+        Self {
+            held: Held::new(&padded, &free),
+            inverse: vec![0.0; 6 * padded.len()],
+            lambda: 2.0,
+            x: vector(),
+            r: vector(),
+            z: [vector(), vector()],
+            padded,
+            operator,
+            free,
+        }
+    }
+
+    /// Places that one task serves.
+    fn piece(&self) -> usize {
+        match self.operator {
+            Operator::Bars(_) => PIECE,
+            Operator::Blocks(_) => self.padded.plane(),
+        }
+    }
+
+    /// Inverts the diagonal blocks and bounds the eigenvalues, after new numbers of A.
+    pub fn prepare(&mut self) {
+        self.invert_diagonal();
+        self.lambda = match self.operator {
+            Operator::Bars(_) => 2.0,
+            Operator::Blocks(_) => self.largest_eigenvalue(),
+        };
+    }
+
+    fn invert_diagonal(&mut self) {
+        let (len, size) = (self.padded.len(), self.padded.plane());
+        match &self.operator {
+            Operator::Bars(bars) => bars.diagonal(&self.padded, &mut self.inverse),
+            Operator::Blocks(blocks) => {
+                for (block, entry) in self.inverse.chunks_exact_mut(len).zip([0, 4, 8, 1, 2, 5]) {
+                    for (plane, piece) in block[self.padded.body()].chunks_exact_mut(size).enumerate() {
+                        piece.copy_from_slice(blocks.entry(plane, 0, entry));
+                    }
+                }
+            }
+        }
+        for p in self.padded.body() {
+            let block = std::array::from_fn(|entry| f64::from(self.inverse[entry * len + p]));
+            let inverse = inverse_of_free(block, self.free[p]);
+            (0..6).for_each(|entry| self.inverse[entry * len + p] = inverse[entry] as f32);
+        }
+    }
+
+    /// The largest eigenvalue of D^-1 A by the power method, enlarged.
+    fn largest_eigenvalue(&mut self) -> f32 {
+        for (i, x) in self.z[0].iter_mut().enumerate() {
+            // any vector with all wave lengths in it, the same for ever
+            *x = ((i.wrapping_mul(2_654_435_761) >> 7 & 1023) as f32 / 1023.0) - 0.5;
+        }
+        let (padded, held, free) = (&self.padded, &self.held, &self.free);
+        clear_outside(padded, free, &mut self.z[0]);
+        pieces(padded, &mut self.z[0], padded.len()).for_each(|mut piece| held.clear(padded.base(), &mut piece));
+        let mut largest = 1.0;
+        for _ in 0..POWER_STEPS {
+            let before = norm(&self.z[0]);
+            self.r.fill(0.0);
+            self.descend(0, 0.0, -1.0);
+            largest = norm(&self.z[1]) / before;
+            let scale = 1.0 / norm(&self.z[1]).max(f32::MIN_POSITIVE);
+            self.z[1].iter_mut().for_each(|z| *z *= scale);
+            self.z.swap(0, 1);
+        }
+        // eight nodes meet in a cell, so eight bounds it whatever happens
+        if largest.is_finite() { (POWER_SAFETY * largest).clamp(1.0, 8.0) } else { 8.0 }
+    }
+
+    /// x = z_0 = weight D^-1 r.
+    pub fn start(&mut self, weight: f32) {
+        let (padded, inverse, r, size) = (&self.padded, &self.inverse, components(&self.r), self.piece());
+        let [z, _] = &mut self.z;
+        pieces(padded, z, size).zip(pieces(padded, &mut self.x, size)).enumerate().for_each(|(i, (mut z, mut x))| {
+            let start = padded.base() + i * size;
+            let r = r.map(|r| &r[start..start + z[0].len()]);
+            z.iter_mut().for_each(|z| z.fill(0.0));
+            combine(padded, inverse, start, 0.0, weight, r, None, &mut z);
+            x.iter_mut().zip(&z).for_each(|(x, z)| x.copy_from_slice(z));
+        });
+    }
+
+    /// r -= A z_from and z_to = keep z_from + weight D^-1 r.
+    pub fn descend(&mut self, from: usize, keep: f32, weight: f32) {
+        let (padded, inverse, held, size) = (&self.padded, &self.inverse, &self.held, self.piece());
+        let [first, second] = &mut self.z;
+        let (old, new) = if from == 0 { (&*first, second) } else { (&*second, first) };
+        let operator = &self.operator;
+        pieces(padded, new, size).zip(pieces(padded, &mut self.r, size)).enumerate().for_each(|(i, (mut z, mut r))| {
+            let start = padded.base() + i * size;
+            product(operator, padded, old, start, i, &mut z);
+            for (r, z) in r.iter_mut().zip(&z) {
+                r.iter_mut().zip(z.iter()).for_each(|(r, z)| *r -= z);
+            }
+            held.clear(start, &mut r);
+            if keep != 0.0 || weight != 0.0 {
+                let old = components(old).map(|old| &old[start..start + z[0].len()]);
+                combine(padded, inverse, start, keep, weight, [&*r[0], &*r[1], &*r[2]], Some(old), &mut z);
+            }
+        });
+    }
+
+    /// x += z.
+    pub fn advance(&mut self, which: usize) {
+        let (padded, size) = (&self.padded, self.piece());
+        let z = components(&self.z[which]);
+        pieces(padded, &mut self.x, size).enumerate().for_each(|(i, x)| {
+            let start = padded.base() + i * size;
+            for (x, z) in x.into_iter().zip(z) {
+                x.iter_mut().zip(&z[start..]).for_each(|(x, z)| *x += z);
+            }
+        });
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let operator = match &self.operator {
+            Operator::Bars(bars) => 4 * (bars.positions.len() + bars.coefficients.len()),
+            Operator::Blocks(blocks) => blocks.bytes(),
+        };
+        operator + 4 * (self.inverse.len() + 4 * self.x.len()) + self.free.len() + self.held.bytes()
+    }
+}
+
+/// A v on one piece.
+fn product(operator: &Operator, padded: &Padded, v: &[f32], start: usize, piece: usize, out: &mut [&mut [f32]; 3]) {
+    match operator {
+        Operator::Bars(bars) => bars.product(padded, v, start, out),
+        Operator::Blocks(blocks) => blocks.product(v, piece, out),
+    }
+}
+
+/// z = keep old + weight D^-1 r on a piece.
+#[allow(clippy::too_many_arguments)]
+fn combine(
+    padded: &Padded,
+    inverse: &[f32],
+    start: usize,
+    keep: f32,
+    weight: f32,
+    r: [&[f32]; 3],
+    old: Option<[&[f32]; 3]>,
+    z: &mut [&mut [f32]; 3],
+) {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            let (len, count) = (padded.len(), z[0].len());
+            let d: [&[f32]; 6] = std::array::from_fn(|e| &inverse[e * len + start..][..count]);
+            let r = r.map(|r| &r[..count]);
+            for (out, [a, b, c]) in z.iter_mut().zip([[0, 3, 4], [3, 1, 5], [4, 5, 2]]) {
+                let out = &mut out[..count];
+                for p in 0..count {
+                    out[p] = weight * (d[a][p] * r[0][p] + d[b][p] * r[1][p] + d[c][p] * r[2][p]);
+                }
+            }
+            if let Some(old) = old.filter(|_| keep != 0.0) {
+                for (out, old) in z.iter_mut().zip(old) {
+                    out.iter_mut().zip(old).for_each(|(out, old)| *out += keep * old);
+                }
+            }
+        },
+    );
+}
+
+/// Zeros at the places that are no node.
+fn clear_outside(padded: &Padded, free: &[u8], v: &mut [f32]) {
+    for component in v.chunks_exact_mut(padded.len()) {
+        component.iter_mut().zip(free).filter(|(_, free)| **free == 0).for_each(|(v, _)| *v = 0.0);
+    }
+}
+
+fn norm(v: &[f32]) -> f32 {
+    v.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>().sqrt() as f32
+}
+
+/// The inverse of the free part of a symmetric 3 x 3 block (xx, yy, zz, xy, xz, yz), zero elsewhere. A part that is not
+/// positive definite gives the inverse of its positive diagonal.
+fn inverse_of_free(block: [f64; 6], free: u8) -> [f64; 6] {
+    let on = [0, 1, 2].map(|c| free & (1 << c) != 0);
+    let both = |a: usize, b: usize, value: f64| if on[a] && on[b] { value } else { 0.0 };
+    let diagonal = [0, 1, 2].map(|c| if on[c] { block[c] } else { 1.0 });
+    let (xy, xz, yz) = (both(0, 1, block[3]), both(0, 2, block[4]), both(1, 2, block[5]));
+    let [xx, yy, zz] = diagonal;
+    let minors = [yy * zz - yz * yz, xx * zz - xz * xz, xx * yy - xy * xy];
+    let cofactor = [xz * yz - xy * zz, xy * yz - xz * yy, xy * xz - xx * yz];
+    let determinant = xx * minors[0] + xy * cofactor[0] + xz * cofactor[1];
+    let definite = diagonal.iter().all(|d| *d > 0.0) && minors[2] > 1e-6 * xx * yy && determinant > 1e-6 * xx * yy * zz;
+    let inverse = match definite {
+        true => [minors[0], minors[1], minors[2], cofactor[0], cofactor[1], cofactor[2]].map(|m| m / determinant),
+        false => {
+            let [x, y, z] = diagonal.map(|d| if d > 0.0 { 1.0 / d } else { 0.0 });
+            [x, y, z, 0.0, 0.0, 0.0]
+        }
+    };
+    let [x, y, z, a, b, c] = inverse;
+    [both(0, 0, x), both(1, 1, y), both(2, 2, z), both(0, 1, a), both(0, 2, b), both(1, 2, c)]
+}

@@ -1,0 +1,158 @@
+//! K(phi) u = f on fine grids: conjugate gradients in f64 on the stencil of the springs, one V-cycle as preconditioner.
+//!
+//! Time and memory grow like the number of unknowns. The answer is that of f64: the cycle only decides how many
+//! iterations it takes, and the residual |f - K u| / |f| that is reported is computed from the u that is handed back.
+//! A body on which the cycle works badly (a thin shell held at one end, one group a thousand times the others) shows by
+//! its iterations: beyond [`LIMIT`] the solve is an error value, and the caller takes a direct one.
+
+use crate::error::{Error, Result};
+use crate::geometry::dofs::DofMap;
+use crate::geometry::grid::Grid;
+use crate::sparse::cg;
+use crate::sparse::multigrid::Multigrid;
+use crate::sparse::multigrid::padded::components;
+
+use super::grouping::Grouping;
+use super::network::Network;
+use super::stencil::{Refusal, Stencil};
+
+/// Iterations after which a body is too hard for this path.
+pub const LIMIT: usize = 200;
+
+/// How a solve went.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Report {
+    /// Iterations of the conjugate gradients.
+    pub iterations: usize,
+    /// |f - K u| / |f|, computed in f64 from the result.
+    pub residual: f64,
+}
+
+/// One worker: springs, hierarchy, workspace. Nothing is allocated after the first [`MultigridSolver::set`].
+pub struct MultigridSolver {
+    stencil: Stencil,
+    multigrid: Multigrid,
+    work: cg::Workspace,
+    right: Vec<f64>,
+    solution: Vec<f64>,
+    /// Largest extent of the body, m: positions of the cycle are divided by it.
+    extent: f64,
+}
+
+impl MultigridSolver {
+    /// Prepares the springs of a network on its grid; `coefficients` is w_s of every spring.
+    ///
+    /// # Errors
+    /// A [`Refusal`] when this path does not fit the body: take a direct one.
+    ///
+    /// # Panics
+    /// When there is not one group and one coefficient for every spring.
+    pub fn new(
+        network: &Network,
+        grid: &Grid,
+        dofs: &DofMap,
+        grouping: &Grouping,
+        coefficients: &[f64],
+    ) -> std::result::Result<Self, Refusal> {
+        let stencil = Stencil::new(network, grid, dofs, grouping, coefficients)?;
+        let (centre, extent) = frame(&network.positions);
+        let mut positions = vec![0.0; 3 * stencil.padded().len()];
+        for (c, component) in components(&stencil.bars().positions).into_iter().enumerate() {
+            let to = &mut positions[c * component.len()..(c + 1) * component.len()];
+            to.iter_mut().zip(component).for_each(|(to, x)| *to = ((x - centre[c]) / extent) as f32);
+        }
+        let multigrid = Multigrid::new(stencil.padded(), positions, stencil.free().to_vec()).ok_or(Refusal::Small)?;
+        let n = 3 * stencil.padded().len();
+        let work = cg::Workspace::new(n);
+        Ok(Self { work, right: vec![0.0; n], solution: vec![0.0; n], extent, stencil, multigrid })
+    }
+
+    /// Number of free degrees of freedom.
+    pub fn unknowns(&self) -> usize {
+        self.stencil.unknowns()
+    }
+
+    /// The springs without a matrix.
+    pub fn stencil(&self) -> &Stencil {
+        &self.stencil
+    }
+
+    /// The hierarchy.
+    pub fn multigrid(&mut self) -> &mut Multigrid {
+        &mut self.multigrid
+    }
+
+    /// Takes the numbers of the groups and builds all coarse grids anew: the state depends on nothing that was before.
+    ///
+    /// # Panics
+    /// When `phi` has not one number for every group.
+    pub fn set(&mut self, phi: &[f64]) {
+        self.stencil.set(phi);
+        let Self { stencil, multigrid, extent, .. } = self;
+        let c = &stencil.bars().coefficients;
+        let largest = c.iter().fold(0.0_f64, |largest, c| largest.max(*c));
+        // any factor on the operator of the cycle is one on the preconditioner, which changes nothing
+        let scale = if largest > 0.0 { 1.0 / (largest * *extent * *extent) } else { 0.0 };
+        let area = *extent * *extent;
+        multigrid.coefficients_mut().iter_mut().zip(c).for_each(|(to, c)| *to = (c * area * scale) as f32);
+        multigrid.update();
+    }
+
+    /// Takes the numbers of the groups for the product only: the cycle stays that of the last [`MultigridSolver::set`],
+    /// which costs iterations, not accuracy. Worth it while phi moves by less than about a factor of two.
+    ///
+    /// # Panics
+    /// When `phi` has not one number for every group.
+    pub fn set_keeping_cycle(&mut self, phi: &[f64]) {
+        self.stencil.set(phi);
+    }
+
+    /// Solves K(phi) x = b from the initial guess in `x`, until |b - K x| <= tolerance |b|.
+    ///
+    /// # Errors
+    /// [`Error::Inaccurate`] with the residual where [`LIMIT`] iterations or f64 do not allow the tolerance; `x` is the
+    /// best that was found.
+    ///
+    /// # Panics
+    /// When `b` or `x` is not as long as there are unknowns.
+    pub fn solve(&mut self, b: &[f64], x: &mut [f64], tolerance: f64) -> Result<Report> {
+        assert!(b.len() == self.unknowns() && x.len() == self.unknowns(), "vectors over the free degrees of freedom");
+        let Self { stencil, multigrid, work, right, solution, .. } = self;
+        stencil.spread(b, right);
+        stencil.spread(x, solution);
+        let outcome = cg::solve(
+            &mut |u, out| stencil.product(u, out),
+            &mut |r, z| multigrid.apply(r, z),
+            right,
+            solution,
+            tolerance,
+            LIMIT,
+            work,
+        );
+        stencil.collect(solution, x);
+        match outcome.reached(tolerance) {
+            true => Ok(Report { iterations: outcome.iterations, residual: outcome.residual }),
+            false => Err(Error::Inaccurate { backward_error: outcome.residual, limit: tolerance }),
+        }
+    }
+
+    /// out = K_a u over the free degrees of freedom.
+    pub fn apply_group(&self, group: usize, u: &[f64], out: &mut [f64]) {
+        self.stencil.apply_group(group, u, out);
+    }
+
+    /// Bytes held, workspace included.
+    pub fn memory_bytes(&self) -> usize {
+        self.stencil.bytes() + self.multigrid.bytes() + 8 * 6 * self.right.len()
+    }
+}
+
+/// Centre and largest extent of a set of points, m.
+fn frame(points: &[[f64; 3]]) -> ([f64; 3], f64) {
+    let ends = [0, 1, 2].map(|c| {
+        let coordinates = points.iter().map(|x| x[c]);
+        (coordinates.clone().fold(f64::INFINITY, f64::min), coordinates.fold(f64::NEG_INFINITY, f64::max))
+    });
+    let extent = ends.iter().map(|(low, high)| high - low).fold(0.0, f64::max);
+    (ends.map(|(low, high)| 0.5 * (low + high)), if extent > 0.0 { extent } else { 1.0 })
+}

@@ -1,0 +1,321 @@
+//! Every file in data/scenes/bad gives its own message: exit status, place and remedy, and no file is written.
+//!
+//! A file without an expectation fails the test, and so does an expectation without a file.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use assert_cmd::Command;
+
+const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/scenes/bad");
+
+/// What a file must answer: its name, the line of the scene that is shown (0: none), words of the message.
+type Expectation = (&'static str, usize, [&'static str; 2]);
+
+/// The input is wrong: exit status 2.
+const WRONG_INPUT: &[Expectation] = &[
+    ("alpha_zero", 13, ["dynamics.alpha: 0 is not positive", "give a number above 0"]),
+    ("broken_string", 3, ["line 3: not TOML", "strings need quotes"]),
+    ("broken_table", 2, ["line 2: not TOML: unclosed table", "a line is KEY = VALUE, [TABLE] or [[load]]"]),
+    (
+        "control_points_below_degree",
+        4,
+        [
+            "geometry.control_points: [6, 3] control points are too few for this body at degree [2, 3]",
+            "at least [3, 4]",
+        ],
+    ),
+    (
+        "control_points_dimension",
+        4,
+        ["geometry.control_points: 3 numbers for a body in 2D", "give 2, one for each direction"],
+    ),
+    (
+        "control_points_few",
+        4,
+        [
+            "geometry.control_points: [8, 5, 5] control points are too few for this body at degree [2, 2, 2]",
+            "at least [9, 3, 3]",
+        ],
+    ),
+    (
+        "control_points_many",
+        4,
+        ["geometry.control_points: [100000, 100000] are 10000000000 control points", "at most 100000000"],
+    ),
+    (
+        "control_points_one",
+        4,
+        ["geometry.control_points[1]: 1 is out of range", "give a whole number from 2 to 100000000"],
+    ),
+    ("degree_low", 4, ["geometry.degree: degree [1, 1] is too low for this body", "at least [2, 2]"]),
+    ("degree_zero", 4, ["geometry.degree[0]: 0 is out of range", "give a whole number from 1 to 9"]),
+    ("duplicate_key", 6, ["line 6: the key is given twice", "keep one of them"]),
+    ("dynamics_without_density", 4, ["material.density: is missing", "masses need it: add material.density in kg/m^3"]),
+    ("empty", 1, ["material: is missing", "add material"]),
+    ("empty_support", 7, ["support: nothing is held", "add support.faces"]),
+    (
+        "evaluations",
+        13,
+        ["calibration.annealing.evaluations: 4 is out of range", "give a whole number from 8 to 1000000000"],
+    ),
+    (
+        "file_and_degree",
+        4,
+        ["geometry.degree: a body from a file has its own", "remove degree; it goes with geometry.shape"],
+    ),
+    ("gamma_nan", 12, ["calibration.gamma: nan is not a finite number", "give a finite number"]),
+    (
+        "gamma_one",
+        12,
+        ["calibration.gamma: 1 is out of range", "give a number above 0 and below 1, or { start = 0.8, step = 0.1 }"],
+    ),
+    ("gamma_start", 12, ["calibration.gamma.start: gamma starts at 1.5", "a number between 0 and 1, both excluded"]),
+    (
+        "gamma_text",
+        12,
+        ["calibration.gamma: \"0.8\" cannot be used here", "expected a number or { start = ..., step = ... }"],
+    ),
+    (
+        "gamma_zero",
+        12,
+        ["calibration.gamma: 0 is out of range", "give a number above 0 and below 1, or { start = 0.8, step = 0.1 }"],
+    ),
+    ("gauss_points", 12, ["reference.extra_gauss_points: 1000 is out of range", "give a whole number from 0 to 32"]),
+    ("infinite", 5, ["material.young: inf is not a finite number", "give a finite number"]),
+    ("later_budget", 11, ["budget: unknown key", "known keys here are name, geometry"]),
+    ("later_grouping", 12, ["springs.grouping: unknown name \"adaptive\"", "known names are length"]),
+    ("later_key", 10, ["load[0].torsion: unknown key", "known keys here are name, fit"]),
+    ("later_method", 12, ["reference.method: unknown name \"q4\"", "known names are iga"]),
+    ("later_objective", 12, ["calibration.objective: unknown name \"acceleration\"", "known names are displacement"]),
+    ("later_optimiser", 12, ["calibration.optimiser: unknown name \"least_squares\"", "known names are gauss_newton"]),
+    (
+        "load_all_held_out",
+        10,
+        [
+            "load[0].fit: every load case is held out: there is nothing to fit to",
+            "leave fit out, or set it to true, in at least one [[load]]",
+        ],
+    ),
+    ("load_dimension", 10, ["load[0].force_per_node: 3 numbers for a body in 2D", "give 2, one for each direction"]),
+    ("load_missing", 1, ["load: no load case is given", "add a [[load]] table"]),
+    (
+        "load_name_twice",
+        13,
+        ["load[1].name: \"a\" is the name of another load case", "give every load case its own name"],
+    ),
+    ("load_node", 10, ["load[0].point.node: there is no control point 36", "the body has 36, numbered from 0 to 35"]),
+    ("load_on_held_face", 9, ["load[0]: acts on no free node", "at least one node that is not held"]),
+    ("load_on_held_node", 9, ["load[0]: acts on no free node", "at least one node that is not held"]),
+    (
+        "load_two_kinds",
+        11,
+        [
+            "load[0].body_force: force_per_node and body_force are given together",
+            "one [[load]] table has one kind of load",
+        ],
+    ),
+    (
+        "load_without_kind",
+        9,
+        ["load[0]: no kind of load is given", "add one of force_per_node, traction, body_force, point"],
+    ),
+    ("load_zero", 10, ["load[0].force_per_node: [0.0, 0.0] is no load", "at least one component that is not zero"]),
+    ("missing_key", 4, ["material.poisson: is missing", "add material.poisson"]),
+    ("missing_material", 1, ["material: is missing", "add material"]),
+    ("negative_count", 4, ["geometry.control_points[1]: -6 cannot be used here", "expected a whole number from 0"]),
+    ("no_body", 2, ["geometry.shape: no body is given", "or geometry.file"]),
+    ("no_support", 1, ["support: nothing is held", "add support.faces"]),
+    ("not_finite", 10, ["load[0].force_per_node[1]: nan is not a finite number", "give a finite number"]),
+    ("not_text", 0, ["line 3: byte 48 is not UTF-8", "save the scene as UTF-8"]),
+    ("overflow", 5, ["line 5: the number is too large", "floating-point numbers end near 1.8e308"]),
+    ("patch_folder", 3, ["patches: not a regular file", "give a patch file"]),
+    ("patch_knots_count", 3, ["patches/knots_count.json: line 4, points: 9 control points", "one for every node"]),
+    (
+        "patch_knots_decreasing",
+        3,
+        [
+            "patches/knots_decreasing.json: line 3, knots[1][3]: knot 3 is 1, below the one before, 1.5",
+            "knots never decrease",
+        ],
+    ),
+    (
+        "patch_knots_not_open",
+        3,
+        [
+            "patches/knots_not_open.json: line 3, knots[0][0]: the end knot 0 stands 1 times",
+            "knots are open: degree + 1 = 2 times",
+        ],
+    ),
+    ("patch_missing", 3, ["patches/nothing_here.json: No such file", "give a patch file that can be read"]),
+    (
+        "patch_not_finite",
+        3,
+        ["patches/not_finite.json: expected value at line 4 column 42", "keys degree, knots, points"],
+    ),
+    (
+        "patch_point_dimension",
+        3,
+        ["patches/point_dimension.json: line 4, points[8]: point 8 has 3 coordinates", "as many as directions: 2"],
+    ),
+    ("patch_points_count", 3, ["patches/points_count.json: line 4, points: 8 control points", "one for every node"]),
+    ("patch_truncated", 3, ["patches/truncated.json: EOF", "keys degree, knots, points"]),
+    ("patch_unknown_key", 3, ["patches/unknown_key.json: unknown field `weight`", "keys degree, knots, points"]),
+    (
+        "patch_weight_negative",
+        3,
+        ["patches/weight_negative.json: line 5, weights[4]: weight 4 is -2.5", "weights are positive and finite"],
+    ),
+    (
+        "patch_weight_zero",
+        3,
+        ["patches/weight_zero.json: line 5, weights[4]: weight 4 is 0", "weights are positive and finite"],
+    ),
+    ("plane_in_3d", 12, ["reference.plane: the body is in 3D", "remove reference.plane: it is for bodies in 2D"]),
+    (
+        "poisson_half_3d",
+        6,
+        ["material.poisson: 0.5 makes the material incompressible", "below 0.5; 0.5 itself only in plane stress"],
+    ),
+    (
+        "poisson_half_strain",
+        6,
+        ["material.poisson: 0.5 makes the material incompressible", "below 0.5; 0.5 itself only in plane stress"],
+    ),
+    (
+        "poisson_minus_one",
+        6,
+        ["material.poisson: -1 is out of range", "above -1 and below 0.5; 0.5 itself only in plane stress"],
+    ),
+    ("shape_and_file", 4, ["geometry.file: both shape and file are given", "keep one of the two"]),
+    ("single_load_table", 9, ["load: [load] cannot be used here", "expected [[load]], one table a load case"]),
+    ("size_zero", 4, ["geometry.size[1]: 0 is not positive", "give a number above 0"]),
+    ("solver_path", 12, ["solver.path: unknown name \"fast\"", "known names are auto, direct, single, stale"]),
+    ("solver_tolerance", 12, ["solver.tolerance: 1e-3 is out of range", "give a number from 1e-14 to 1e-6"]),
+    ("starts_zero", 12, ["calibration.starts: 0 is out of range", "give a whole number from 1 to 1000"]),
+    (
+        "step_negative",
+        12,
+        [
+            "calibration.gamma.step: the step is -0.1",
+            "a positive number, at least 8e-4 (a sweep has at most 1,000 values)",
+        ],
+    ),
+    (
+        "step_tiny",
+        12,
+        [
+            "calibration.gamma.step: the step is 0.000000001",
+            "a positive number, at least 8e-4 (a sweep has at most 1,000 values)",
+        ],
+    ),
+    (
+        "step_zero",
+        12,
+        [
+            "calibration.gamma.step: the step is 0",
+            "a positive number, at least 8e-4 (a sweep has at most 1,000 values)",
+        ],
+    ),
+    (
+        "support_box_inverted",
+        8,
+        ["support.box.max[0]: 0 is below the minimum 1", "give the smaller corner as min and the larger as max"],
+    ),
+    (
+        "support_empty_box",
+        7,
+        [
+            "support: holds no control point",
+            "name a face (x-, x+, y-, ...), a control point, or a box that contains some",
+        ],
+    ),
+    ("support_everything", 7, ["support: holds every control point", "leave at least one free"]),
+    ("support_face", 8, ["support.faces[0]: unknown name \"bottom\"", "known names are x-, x+, y-, y+, z-, z+"]),
+    ("support_face_2d", 8, ["support.faces[0]: unknown name \"z-\"", "known names are x-, x+, y-, y+"]),
+    ("support_node", 8, ["support.nodes[1]: there is no control point 36", "the body has 36, numbered from 0 to 35"]),
+    (
+        "temperature",
+        12,
+        [
+            "calibration.annealing.final_temperature: 1 is not below 1: the temperature would not fall",
+            "give a number below 1",
+        ],
+    ),
+    ("thickness_zero", 12, ["reference.thickness: 0 is not positive", "give a number above 0"]),
+    ("tolerance", 12, ["calibration.gauss_newton.tolerance: 0 is not positive", "give a number above 0"]),
+    ("unknown_key", 4, ["geometry.control_point: unknown key", "did you mean \"control_points\"?"]),
+    ("unknown_shape", 3, ["geometry.shape: unknown name \"cibe\"", "did you mean \"cube\"?"]),
+    ("unknown_table", 11, ["spring: unknown key", "did you mean \"springs\"?"]),
+    ("weighting", 12, ["springs.weighting: unknown name \"cell\"", "did you mean \"cells\"?"]),
+    ("wrong_type", 5, ["material.young: \"15e3\" cannot be used here", "expected a number"]),
+    (
+        "wrong_type_in_array",
+        4,
+        ["geometry.control_points[1]: 6.5 cannot be used here", "expected a whole number from 0"],
+    ),
+    ("young_negative", 5, ["material.young: -15000 is not positive", "give a number above 0"]),
+];
+
+/// The numbers do not allow it: exit status 3.
+const WRONG_NUMBERS: &[Expectation] = &[
+    ("mechanism", 12, ["the spring network is a mechanism: node 13 can move along x", "use a topology with diagonals"]),
+    ("patch_folded", 2, ["element [2, 1] is folded", "move the control points"]),
+    (
+        "support_one_node",
+        7,
+        ["the reference body is a mechanism: node 5 can move along x without resistance", "support more nodes"],
+    ),
+];
+
+#[test]
+fn every_bad_scene_has_an_expectation() {
+    let files: BTreeSet<String> = std::fs::read_dir(FOLDER)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
+        .map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned())
+        .collect();
+    let expected = WRONG_INPUT.iter().chain(WRONG_NUMBERS).map(|(name, ..)| (*name).to_owned());
+    assert_eq!(files, expected.collect());
+}
+
+#[test]
+fn wrong_input_names_file_line_key_and_remedy() {
+    WRONG_INPUT.iter().for_each(|expectation| answers(expectation, 2));
+}
+
+#[test]
+fn wrong_numbers_name_the_place_and_the_remedy() {
+    WRONG_NUMBERS.iter().for_each(|expectation| answers(expectation, 3));
+}
+
+#[test]
+fn a_scene_that_is_not_there_is_named() {
+    for path in ["no/such.toml", env!("CARGO_MANIFEST_DIR")] {
+        let output = springfit().args(["run", path]).output().unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.contains(path) && message.contains("give the path of a scene"), "{message}");
+    }
+}
+
+fn springfit() -> Command {
+    Command::cargo_bin("springfit").unwrap()
+}
+
+/// Runs a scene of the folder and compares its answer.
+fn answers((name, line, words): &Expectation, status: i32) {
+    let out = tempfile::tempdir().unwrap();
+    let results = out.path().join("results");
+    let file = format!("{name}.toml");
+    let output = springfit().current_dir(FOLDER).args(["run", &file, "--out"]).arg(&results).output().unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(status), "{name}: {message}");
+    assert_eq!(output.stdout, b"", "{name}");
+    assert!(!Path::exists(&results), "{name} wrote files");
+    let place = if *line == 0 { file } else { format!("[{file}:{line}:") };
+    for words in words.iter().copied().chain([place.as_str()]) {
+        assert!(message.contains(words), "{name}: no {words:?} in {message}");
+    }
+}

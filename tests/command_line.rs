@@ -1,0 +1,135 @@
+//! The commands as a user calls them: what goes where, and the exit status.
+
+use std::io::Read;
+use std::process::{Command as Process, Stdio};
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+const SQUARE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/scenes/square.toml");
+
+/// Status, stdout and stderr of a call.
+fn call(arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::cargo_bin("springfit").unwrap().args(arguments).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn list_shows_every_table() {
+    let (status, text, _) = call(&["list"]);
+    assert_eq!(status, 0);
+    let (_, json, _) = call(&["list", "--json"]);
+    let tables: Value = serde_json::from_str(&json).unwrap();
+    let tables = tables.as_object().unwrap();
+    assert_eq!(tables.len(), 8);
+    for (name, table) in tables {
+        assert!(text.contains(name));
+        let (status, one, _) = call(&["list", name]);
+        assert_eq!(status, 0);
+        for (choice, doc) in table["names"].as_object().unwrap() {
+            assert!(one.contains(choice) && one.contains(doc.as_str().unwrap()));
+        }
+    }
+    let (status, _, message) = call(&["list", "shape"]);
+    assert_eq!(status, 2);
+    assert!(message.contains("the tables are shapes, methods"), "{message}");
+}
+
+#[test]
+fn every_new_scene_passes_the_check() {
+    let (_, json, _) = call(&["list", "shapes", "--json"]);
+    let tables: Value = serde_json::from_str(&json).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    for shape in tables["shapes"]["names"].as_object().unwrap().keys() {
+        let (status, text, _) = call(&["new", shape]);
+        assert_eq!(status, 0);
+        let path = folder.path().join(format!("{shape}.toml"));
+        std::fs::write(&path, text).unwrap();
+        let (status, _, message) = call(&["check", path.to_str().unwrap()]);
+        assert_eq!(status, 0, "{shape}: {message}");
+    }
+    assert_eq!(call(&["new", "cuboid"]).0, 2);
+}
+
+#[test]
+fn the_schema_knows_every_table_of_a_scene() {
+    let (status, text, _) = call(&["schema"]);
+    assert_eq!(status, 0);
+    let schema: Value = serde_json::from_str(&text).unwrap();
+    let keys = schema["properties"].as_object().unwrap().keys().map(String::as_str).collect::<Vec<_>>();
+    let expected = [
+        "calibration",
+        "dynamics",
+        "geometry",
+        "load",
+        "material",
+        "name",
+        "reference",
+        "solver",
+        "springs",
+        "support",
+    ];
+    assert_eq!(keys, expected);
+}
+
+#[test]
+fn set_changes_the_scene_and_its_errors_show_the_line() {
+    let (status, text, _) = call(&["check", SQUARE, "--json", "--set", "springs.grouping=kind", "--set", "name=x"]);
+    assert_eq!(status, 0);
+    let plan: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(plan["scene"]["springs"]["grouping"], "kind");
+    assert_eq!(plan["scene"]["name"], "x");
+    let (status, _, message) = call(&["check", SQUARE, "--set", "load[0].force_per_node=[1.0, 2.0, 3.0]"]);
+    assert_eq!(status, 2);
+    assert!(message.contains("force_per_node = [1.0, 2.0, 3.0]"), "{message}");
+    let (status, _, message) = call(&["check", SQUARE, "--set", "springs"]);
+    assert_eq!(status, 2);
+    assert!(message.contains("there is no \"=\""), "{message}");
+}
+
+#[test]
+fn the_seed_on_the_command_line_wins() {
+    let (status, text, _) = call(&["run", SQUARE, "--json", "--seed", "7", "--threads", "1", "--quiet"]);
+    assert_eq!(status, 0);
+    let result: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!((&result["seed"], &result["threads"]), (&7.into(), &1.into()));
+}
+
+#[test]
+fn warnings_go_to_stderr_unless_quiet() {
+    let sets = ["--set", "calibration.gamma=0.3", "--set", "springs.grouping=kind"];
+    let (_, _, message) = call(&[&["run", SQUARE], &sets[..]].concat());
+    assert!(message.starts_with("warning: calibration.gamma has no effect"), "{message}");
+    let (_, _, message) = call(&[&["run", SQUARE, "--quiet"], &sets[..]].concat());
+    assert_eq!(message, "");
+}
+
+#[test]
+fn a_wrong_call_exits_with_2() {
+    for arguments in [&[][..], &["fly"], &["run"], &["run", SQUARE, "--threads", "0"], &["reproduce", "1.1"]] {
+        let (status, text, message) = call(arguments);
+        assert_eq!((status, text.as_str()), (2, ""), "{arguments:?}");
+        assert!(!message.is_empty());
+    }
+    assert_eq!(call(&["--help"]).0, 0);
+    assert_eq!(call(&["--version"]).0, 0);
+}
+
+#[test]
+fn a_closed_pipe_is_no_error() {
+    let binary = assert_cmd::cargo::cargo_bin!("springfit");
+    let mut child = Process::new(binary).arg("schema").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let mut message = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut message).unwrap();
+    assert_eq!((child.wait().unwrap().code(), message.as_str()), (Some(0), ""));
+}
+
+#[test]
+fn an_output_folder_that_cannot_be_made_exits_with_2() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let (status, _, message) = call(&["run", SQUARE, "--quiet", "--out", file.path().to_str().unwrap()]);
+    assert_eq!(status, 2, "{message}");
+    assert!(message.contains(file.path().to_str().unwrap()), "{message}");
+}
