@@ -9,9 +9,13 @@
 use std::hint::black_box;
 use std::sync::Arc;
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, BenchmarkId, Criterion, criterion_group, criterion_main};
 use springfit::calibration::objective::Objective;
 use springfit::calibration::objectives::displacement::{Displacement, Target, weights};
+use springfit::calibration::surrogate::certificate::Certificate;
+use springfit::calibration::surrogate::galerkin::Galerkin;
+use springfit::calibration::surrogate::walker::Walker;
 use springfit::dense::LeastSquares;
 use springfit::reference::{Reference, stiffness};
 use springfit::scene::{self, Scene, Source};
@@ -177,7 +181,38 @@ fn fits(criterion: &mut Criterion, n: usize, cube: &Cube) {
             model.minimise_in_box(&weights, &gradient, &vec![-1e9; phi.len()], &vec![1e9; phi.len()])
         });
     });
+    surrogate(&mut group, n, &mut objective, &jacobian);
     group.finish();
+}
+
+/// One evaluation of a surrogate with 20 columns, and of its bound.
+fn surrogate(group: &mut BenchmarkGroup<WallTime>, n: usize, objective: &mut Displacement, derivatives: &[f64]) {
+    let target = objective.target();
+    let mut phi: Vec<f64> = target.upper.iter().map(|u| 0.1 * u).collect();
+    let mut basis = Galerkin::new(target).expect("a path with factors");
+    basis.enrich(derivatives);
+    for step in 0.. {
+        if basis.rank() >= 20 {
+            break;
+        }
+        let a = step % phi.len();
+        phi[a] *= 0.6;
+        objective.error(&phi).expect("positive definite");
+        basis.enrich(objective.displacement());
+    }
+    let mut certificate = Certificate::new(target, &phi).expect("positive definite");
+    certificate.extend(&basis);
+    let mut image = Walker::bound_workspace(&certificate);
+    let mut walker = Walker::new(&basis, None);
+    phi[0] *= 1.7;
+    let errors = (objective.error(&phi).expect("positive definite"), walker.error(&phi).expect("positive definite"));
+    println!("{n}^3: r = {}, error {:.9} %, of the surrogate {:.9} %", basis.rank(), errors.0, errors.1);
+    group.bench_function(id("surrogate evaluation", n), |b| {
+        b.iter(|| walker.error(black_box(&phi)).expect("positive definite"));
+    });
+    group.bench_function(id("surrogate bound", n), |b| {
+        b.iter(|| walker.bound(black_box(&certificate), &mut image));
+    });
 }
 
 criterion_group!(benches, stages);

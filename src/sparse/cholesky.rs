@@ -311,6 +311,28 @@ impl Factor {
         Ok(worst)
     }
 
+    /// X = L^-1 P B for whole columns, with P the elimination order: a column x has the squared length x.x = b^T A^-1 b.
+    /// In elimination order, without a check.
+    ///
+    /// # Panics
+    /// As [`Factor::solve`].
+    pub fn half_solve(&mut self, b: &[f64], x: &mut [f64]) {
+        let n = self.symbolic.len();
+        assert_eq!(b.len(), x.len(), "as many solutions as right-hand sides");
+        assert_eq!(b.len() % n.max(1), 0, "whole columns");
+        for (b, x) in b.chunks(n * COLUMNS_AT_ONCE).zip(x.chunks_mut(n * COLUMNS_AT_ONCE)) {
+            for (to, b) in x.chunks_exact_mut(n).zip(b.chunks_exact(n)) {
+                permute(&self.symbolic.order, b, to);
+            }
+            supernodal::SupernodalLltRef::new(&self.symbolic.supernodes, &self.factor).l_solve_with_conj(
+                Conj::No,
+                MatMut::from_column_major_slice_mut(x, n, b.len() / n),
+                Par::Seq,
+                MemStack::new(&mut self.buffer),
+            );
+        }
+    }
+
     /// z = (L L^T)^-1 r for whole columns in elimination order with the last factor, without a check: a preconditioner.
     ///
     /// # Panics
