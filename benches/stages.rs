@@ -9,16 +9,20 @@
 use std::hint::black_box;
 use std::sync::Arc;
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, BenchmarkId, Criterion, criterion_group, criterion_main};
 use springfit::calibration::objective::Objective;
 use springfit::calibration::objectives::displacement::{Displacement, Target, weights};
+use springfit::calibration::surrogate::certificate::Certificate;
+use springfit::calibration::surrogate::galerkin::Galerkin;
+use springfit::calibration::surrogate::walker::Walker;
 use springfit::dense::LeastSquares;
 use springfit::reference::{Reference, stiffness};
 use springfit::scene::{self, Scene, Source};
 use springfit::sparse::cholesky::{Factor, Symbolic};
 use springfit::sparse::ordering::nested_dissection;
 use springfit::springs::affine::{self, AffineStiffness};
-use springfit::springs::solver::SpringOperator;
+use springfit::springs::solver::{Path, Settings, SpringOperator, SpringSolver};
 use springfit::springs::{bounds, grouping};
 use springfit::study::body::{self, Body};
 use springfit::study::loads::{self, LoadCase};
@@ -64,6 +68,7 @@ fn stages(criterion: &mut Criterion) {
     for n in [9, 17] {
         let cube = cube(n);
         systems(criterion, n, &cube);
+        paths(criterion, n, &cube);
         fits(criterion, n, &cube);
     }
 }
@@ -111,6 +116,46 @@ fn systems(criterion: &mut Criterion, n: usize, cube: &Cube) {
     group.finish();
 }
 
+/// Two evaluations on each path with factors: 1 % to either side of the phi where the first factor was made, up in the
+/// first group and down in the others or the other way round.
+fn paths(criterion: &mut Criterion, n: usize, cube: &Cube) {
+    let Cube { loads, operator, upper, .. } = cube;
+    let mut group = criterion.benchmark_group("two evaluations");
+    group.sample_size(10);
+    let forces = &loads[0].load.forces;
+    let aside = |step: f64| -> Vec<f64> {
+        (0..upper.len()).map(|a| 0.1 * upper[a] * if a == 0 { step } else { 1.0 / step }).collect()
+    };
+    let (here, there, back) = (aside(1.0), aside(1.01), aside(1.0 / 1.01));
+    let mut exact = vec![0.0; forces.len()];
+    for path in [Path::Direct, Path::Single, Path::Stale] {
+        let mut solver = SpringSolver::new(operator, &Settings { path, ..Settings::default() });
+        let mut u = vec![0.0; forces.len()];
+        let mut evaluate = |phi: &[f64], u: &mut [f64]| {
+            solver.set(phi).and_then(|()| solver.solve(forces, u, 1e-10)).expect("positive definite");
+        };
+        evaluate(&here, &mut u);
+        group.bench_function(BenchmarkId::new(path.name(), format!("{n}^3")), |b| {
+            b.iter(|| {
+                evaluate(black_box(&there), &mut u);
+                evaluate(black_box(&back), &mut u);
+            });
+        });
+        if path == Path::Direct {
+            exact.copy_from_slice(&u);
+        }
+        let largest = exact.iter().fold(0.0_f64, |a, u| a.max(u.abs()));
+        let difference = u.iter().zip(&exact).fold(0.0_f64, |a, (u, e)| a.max((u - e).abs()));
+        println!(
+            "{n}^3 {}: largest difference to direct {:.1e}, {:?}",
+            path.name(),
+            difference / largest,
+            solver.work()
+        );
+    }
+    group.finish();
+}
+
 /// One annealing evaluation and one Gauss-Newton iteration.
 fn fits(criterion: &mut Criterion, n: usize, cube: &Cube) {
     let Cube { body, loads, reference, operator, upper, .. } = cube;
@@ -136,7 +181,38 @@ fn fits(criterion: &mut Criterion, n: usize, cube: &Cube) {
             model.minimise_in_box(&weights, &gradient, &vec![-1e9; phi.len()], &vec![1e9; phi.len()])
         });
     });
+    surrogate(&mut group, n, &mut objective, &jacobian);
     group.finish();
+}
+
+/// One evaluation of a surrogate with 20 columns, and of its bound.
+fn surrogate(group: &mut BenchmarkGroup<WallTime>, n: usize, objective: &mut Displacement, derivatives: &[f64]) {
+    let target = objective.target();
+    let mut phi: Vec<f64> = target.upper.iter().map(|u| 0.1 * u).collect();
+    let mut basis = Galerkin::new(target).expect("a path with factors");
+    basis.enrich(derivatives);
+    for step in 0.. {
+        if basis.rank() >= 20 {
+            break;
+        }
+        let a = step % phi.len();
+        phi[a] *= 0.6;
+        objective.error(&phi).expect("positive definite");
+        basis.enrich(objective.displacement());
+    }
+    let mut certificate = Certificate::new(target, &phi).expect("positive definite");
+    certificate.extend(&basis);
+    let mut image = Walker::bound_workspace(&certificate);
+    let mut walker = Walker::new(&basis, None);
+    phi[0] *= 1.7;
+    let errors = (objective.error(&phi).expect("positive definite"), walker.error(&phi).expect("positive definite"));
+    println!("{n}^3: r = {}, error {:.9} %, of the surrogate {:.9} %", basis.rank(), errors.0, errors.1);
+    group.bench_function(id("surrogate evaluation", n), |b| {
+        b.iter(|| walker.error(black_box(&phi)).expect("positive definite"));
+    });
+    group.bench_function(id("surrogate bound", n), |b| {
+        b.iter(|| walker.bound(black_box(&certificate), &mut image));
+    });
 }
 
 criterion_group!(benches, stages);

@@ -14,12 +14,49 @@
 //!
 //! p = -W^-1 q + W^-1 J^T (I + J W^-1 J^T)^-1 J W^-1 q.
 
+use std::ops::Range;
+
+use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::matmul::matmul;
+use faer::linalg::qr::no_pivoting::factor as qr;
 use faer::linalg::solvers::{Llt, Solve};
-use faer::{Accum, Mat, MatRef, Par, Side};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 
 /// Passes after which a step is good enough: it lies in the box and lowers the quadratic, and the next step corrects it.
 const PASSES: usize = 100;
+
+/// The products of the columns of a matrix with its columns from `first` on, over some of its rows: entry (i, j) of the
+/// result (columns x (columns - first), column-major) is M_i . M_(first + j). The matrix is column-major with `stride`
+/// rows.
+///
+/// # Panics
+/// When the matrix has not a whole number of columns.
+pub fn gram_of_rows(matrix: &[f64], stride: usize, rows: Range<usize>, first: usize) -> Vec<f64> {
+    let columns = matrix.len() / stride;
+    let all = MatRef::from_column_major_slice(matrix, stride, columns).subrows(rows.start, rows.len());
+    let mut products = vec![0.0; columns * (columns - first)];
+    let into = MatMut::from_column_major_slice_mut(&mut products, columns, columns - first);
+    let right = all.subcols(first, columns - first);
+    faer::linalg::matmul::matmul(into, Accum::Replace, all.transpose(), right, 1.0, Par::Seq);
+    products
+}
+
+/// R of the factorisation M = Q R by reflections: |M c| = |R c| for every c, to rounding. M is column-major with `rows`
+/// rows; the columns of R stand one after the other, column j with min(j + 1, rows) numbers.
+///
+/// # Panics
+/// When the matrix has not a whole number of columns.
+pub fn triangle_of(matrix: &[f64], rows: usize) -> Vec<f64> {
+    let columns = matrix.len() / rows;
+    let mut reflected = Mat::from_fn(rows, columns, |i, j| matrix[j * rows + i]);
+    let block = qr::recommended_block_size::<f64>(rows, columns);
+    let mut coefficients = Mat::<f64>::zeros(block, rows.min(columns));
+    let scratch = qr::qr_in_place_scratch::<f64>(rows, columns, block, Par::Seq, Default::default());
+    let mut buffer = MemBuffer::new(scratch);
+    let stack = MemStack::new(&mut buffer);
+    qr::qr_in_place(reflected.as_mut(), coefficients.as_mut(), Par::Seq, stack, Default::default());
+    (0..columns).flat_map(|j| (0..rows.min(j + 1)).map(move |i| (i, j))).map(|at| reflected[at]).collect()
+}
 
 /// Sum of products.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -62,9 +62,18 @@ fn recover(membrane: &Membrane, truth: [f64; 2], optimiser: &str, settings: &Set
     let weights = weights(&[largest], membrane.nodes);
     let target =
         Target { operator: &membrane.operator, upper: &upper, forces: &forces, reference: &exact, weights: &weights };
-    let make = || -> Box<dyn Objective + '_> { Box::new(Displacement::new(target)) };
+    let worker = || Displacement::new(target);
+    let make = || -> Box<dyn Objective + '_> { Box::new(worker()) };
     let progress = Progress::default();
-    let problem = Problem { make: &make, upper: &upper, seed: 1, index: 0, side_by_side: true, progress: &progress };
+    let problem = Problem {
+        make: &make,
+        displacement: Some(&worker),
+        upper: &upper,
+        seed: 1,
+        index: 0,
+        side_by_side: true,
+        progress: &progress,
+    };
     (find(optimiser).expect("in the table").run)(&problem, settings).expect("a well-posed problem")
 }
 

@@ -7,6 +7,7 @@
 //! | [`optimiser`] | what every optimiser is given and gives back; their table |
 //! | [`optimisers`] | annealing, Gauss-Newton, hybrid |
 //! | [`errors`] | how far the calibrated network is from the continuum |
+//! | [`surrogate`] | a reduced basis of displacements with an error bound |
 //! | [`sweep`] | Algorithm 5.1: groupings over gamma, equal ones solved once |
 
 pub mod errors;
@@ -14,4 +15,5 @@ pub mod objective;
 pub mod objectives;
 pub mod optimiser;
 pub mod optimisers;
+pub mod surrogate;
 pub mod sweep;

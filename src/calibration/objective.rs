@@ -9,6 +9,7 @@ use std::ops::AddAssign;
 
 use rayon::prelude::*;
 
+use crate::calibration::objectives::displacement::Displacement;
 use crate::clock::Progress;
 use crate::error::Result;
 use crate::springs::solver::Work;
@@ -30,6 +31,8 @@ pub struct Counts {
     pub fallbacks: u64,
     /// Right-hand sides solved for.
     pub solves: u64,
+    /// Errors asked of a surrogate.
+    pub surrogate_evaluations: u64,
     /// Proposals whose K(phi) was not positive definite.
     pub rejected: u64,
 }
@@ -51,6 +54,7 @@ impl AddAssign for Counts {
         self.cg_iterations += other.cg_iterations;
         self.fallbacks += other.fallbacks;
         self.solves += other.solves;
+        self.surrogate_evaluations += other.surrogate_evaluations;
         self.rejected += other.rejected;
     }
 }
@@ -89,6 +93,9 @@ pub fn each<T: Send>(side_by_side: bool, count: usize, work: impl Fn(usize) -> T
 pub struct Problem<'a> {
     /// Makes a worker.
     pub make: &'a (dyn Fn() -> Box<dyn Objective + 'a> + Sync),
+    /// Makes the same worker with its displacements in sight, when the objective is one of displacements: surrogates are
+    /// built from them.
+    pub displacement: Option<&'a (dyn Fn() -> Displacement<'a> + Sync)>,
     /// Upper bounds of phi, length m; the lower ones are 0.
     pub upper: &'a [f64],
     /// Seed of the run and index of the problem in its sweep: with the chain they make the random stream.

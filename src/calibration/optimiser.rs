@@ -1,7 +1,7 @@
 //! What every optimiser is given and gives back, and the table of optimisers.
 
 use crate::calibration::objective::{Counts, Problem};
-use crate::calibration::optimisers::{annealing, gauss_newton, hybrid};
+use crate::calibration::optimisers::{annealing, gauss_newton, hybrid, surrogate};
 use crate::error::Result;
 
 /// Settings of all optimisers; each reads what concerns it.
@@ -41,6 +41,11 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// The temperature of annealing when this fraction of the evaluations is spent.
+    pub fn temperature(&self, first: f64, elapsed: f64) -> f64 {
+        first * self.final_temperature.powf(elapsed)
+    }
+
     /// Starting points for a problem of `groups` groups. Unless they are given: one for a single group, whose best
     /// stiffness is known after one factorisation; otherwise 2 + 2 m and at most 32, for local minima come with groups.
     pub fn starts_for(&self, groups: usize) -> usize {
@@ -172,6 +177,13 @@ pub const OPTIMISERS: &[Optimiser] = &[
         expected_evaluations: |settings, _| {
             settings.evaluations + settings.chains as u64 * settings.refactorisations + settings.polish
         },
+    },
+    Optimiser {
+        name: "surrogate",
+        doc: "annealing on a reduced basis with an error bound; what it finds is confirmed exactly",
+        run: surrogate::run,
+        uses_jacobian: true,
+        expected_evaluations: |settings, _| settings.evaluations,
     },
 ];
 

@@ -107,8 +107,17 @@ pub fn solve(
             reference: shared.reference,
             weights: shared.weights,
         };
-        let make = || -> Box<dyn Objective + '_> { Box::new(Displacement::with_solver(target, shared.solver)) };
-        let given = Problem { make: &make, upper: &problem.upper, seed, index: problem.index, side_by_side, progress };
+        let worker = || Displacement::with_solver(target, shared.solver);
+        let make = || -> Box<dyn Objective + '_> { Box::new(worker()) };
+        let given = Problem {
+            make: &make,
+            displacement: Some(&worker),
+            upper: &problem.upper,
+            seed,
+            index: problem.index,
+            side_by_side,
+            progress,
+        };
         let outcome = (optimiser.run)(&given, settings)?;
         let mut exact = Displacement::with_solver(target, &exact(&problem.operator, shared.solver));
         let error = exact.error(&outcome.phi)?;

@@ -206,7 +206,7 @@ fn calibration(study: &Study) -> Calibration<'_> {
             evaluations: found.counts.evaluations,
             refactorisations: found.counts.refactorisations,
             solves: found.counts.solves,
-            surrogate_evaluations: 0,
+            surrogate_evaluations: found.counts.surrogate_evaluations,
             rejected: found.counts.rejected,
         },
         solver: solver(study, best),

@@ -35,9 +35,9 @@ pub struct Calibration {
     /// most 32. The first is a tenth of the bounds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub starts: Option<usize>,
-    /// Simulated annealing, used by the optimisers annealing and hybrid.
+    /// Simulated annealing, used by the optimisers annealing, hybrid and surrogate.
     pub annealing: Annealing,
-    /// Gauss-Newton, used by the optimisers gauss_newton and hybrid.
+    /// Gauss-Newton, used by the optimisers gauss_newton, hybrid and surrogate.
     pub gauss_newton: GaussNewton,
 }
 

@@ -15,6 +15,8 @@
 //! around a node on the diagonal. The order of every sum is fixed, so the bits are the same for ever. Beside it stand
 //! the products K_a u and K(phi) u from the springs themselves, without a matrix. phi in N/m (or N), K in N/m.
 
+use std::ops::Range;
+
 use crate::geometry::dofs::{DofMap, FIXED};
 use crate::sparse::cholesky::Symbolic;
 use crate::sparse::pattern::Pattern;
@@ -139,6 +141,24 @@ impl AffineStiffness {
         }
     }
 
+    /// Number of springs; those of a group stand together, see [`AffineStiffness::group_springs`].
+    pub fn springs(&self) -> usize {
+        self.members.len()
+    }
+
+    /// Where the springs of a group are in [`AffineStiffness::elongations`].
+    pub fn group_springs(&self, group: usize) -> Range<usize> {
+        self.member_starts[group]..self.member_starts[group + 1]
+    }
+
+    /// out_s = sqrt(w_s) b_s . u, so that u^T K_a v is the product of the elongations of u and v over the springs of
+    /// group a. Length of `u` [`AffineStiffness::unknowns`], of `out` [`AffineStiffness::springs`].
+    pub fn elongations(&self, u: &[f64], out: &mut [f64]) {
+        for (member, out) in self.members.iter().zip(out) {
+            *out = member.coefficient.sqrt() * member.elongation(u);
+        }
+    }
+
     /// out = diagonal of K(phi). Length [`AffineStiffness::unknowns`].
     pub fn diagonal(&self, phi: &[f64], out: &mut [f64]) {
         out.fill(0.0);
@@ -158,9 +178,7 @@ impl Member {
     /// out += phi w b (b . u).
     fn add_force(&self, phi: f64, u: &[f64], out: &mut [f64]) {
         let [a, b] = self.ends;
-        let at = |unknown: u32| if unknown == FIXED { 0.0 } else { u[unknown as usize] };
-        let elongation: f64 = (0..3).map(|c| self.direction[c] * (at(b[c]) - at(a[c]))).sum();
-        let tension = phi * self.coefficient * elongation;
+        let tension = phi * self.coefficient * self.elongation(u);
         for c in 0..3 {
             if a[c] != FIXED {
                 out[a[c] as usize] -= tension * self.direction[c];
@@ -169,6 +187,13 @@ impl Member {
                 out[b[c] as usize] += tension * self.direction[c];
             }
         }
+    }
+
+    /// b . u.
+    fn elongation(&self, u: &[f64]) -> f64 {
+        let [a, b] = self.ends;
+        let at = |unknown: u32| if unknown == FIXED { 0.0 } else { u[unknown as usize] };
+        (0..3).map(|c| self.direction[c] * (at(b[c]) - at(a[c]))).sum()
     }
 
     /// Calls `add` with rank, rank and value of every non-zero of w b b^T in the lower triangle in elimination order.

@@ -84,6 +84,11 @@ impl<'a> Displacement<'a> {
         &self.displacement
     }
 
+    /// The problem it works on.
+    pub fn target(&self) -> Target<'a> {
+        self.target
+    }
+
     fn unknowns(&self) -> usize {
         self.solver.unknowns()
     }

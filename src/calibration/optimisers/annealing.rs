@@ -54,38 +54,23 @@ fn anneal(problem: &Problem, settings: &Settings, chain: usize, evaluations: u64
     let clock = Stopwatch::start();
     let mut stream = Stream::new(problem.seed, problem.index, chain);
     let mut objective = (problem.make)();
-    let mut phi = start(problem, chain, &mut stream);
-    let mut error = objective.error(&phi)?;
+    let phi = start(problem, chain, &mut stream);
+    let error = objective.error(&phi)?;
     let mut found =
         Outcome { phi: phi.clone(), error, stop: Stop::EvaluationLimit, counts: objective.counts(), trace: vec![] };
     record(&mut found, &clock, objective.as_ref());
+    let mut walk = Walk::new(phi, error, LONGEST_STEP);
     let first_temperature = settings.initial_temperature * error;
-    let mut proposal = phi.clone();
-    let mut step_length = LONGEST_STEP;
     for step in 1..evaluations {
         if step % LOOK == 0 {
             problem.progress.check()?;
             problem.progress.advance(LOOK);
         }
-        let elapsed = step as f64 / evaluations as f64;
-        let temperature = first_temperature * settings.final_temperature.powf(elapsed);
-        propose(&phi, problem.upper, step_length, &mut stream, &mut proposal);
-        let draw = stream.uniform();
-        let proposed = match objective.error(&proposal) {
-            Ok(proposed) => proposed,
-            Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) => f64::INFINITY,
-            Err(other) => return Err(other),
-        };
-        if proposed <= error || draw < ((error - proposed) / temperature).exp() {
-            phi.copy_from_slice(&proposal);
-            error = proposed;
-            step_length = (step_length * ADAPTATION.0).min(LONGEST_STEP);
-        } else {
-            step_length *= ADAPTATION.1;
-        }
-        if error < found.error {
-            found.phi.copy_from_slice(&phi);
-            found.error = error;
+        let temperature = settings.temperature(first_temperature, step as f64 / evaluations as f64);
+        walk.step(problem.upper, temperature, &mut stream, &mut |phi| objective.error(phi))?;
+        if walk.error < found.error {
+            found.phi.copy_from_slice(&walk.phi);
+            found.error = walk.error;
             record(&mut found, &clock, objective.as_ref());
         }
     }
@@ -94,8 +79,53 @@ fn anneal(problem: &Problem, settings: &Settings, chain: usize, evaluations: u64
     Ok(found)
 }
 
+/// The state of a chain of Algorithm 3.1, on whatever objective.
+pub(super) struct Walk {
+    /// Where it stands.
+    pub phi: Vec<f64>,
+    /// The error there, percent.
+    pub error: f64,
+    step_length: f64,
+    proposal: Vec<f64>,
+}
+
+impl Walk {
+    /// A walk that begins at `phi` with steps of this length in the logarithm.
+    pub fn new(phi: Vec<f64>, error: f64, step_length: f64) -> Self {
+        Self { proposal: phi.clone(), phi, error, step_length: step_length.min(LONGEST_STEP) }
+    }
+
+    /// One proposal. `error_of` may move the proposal to a better one on its ray.
+    ///
+    /// # Errors
+    /// Those of `error_of`, except that it has no solution: then the proposal is rejected.
+    pub fn step(
+        &mut self,
+        upper: &[f64],
+        temperature: f64,
+        stream: &mut Stream,
+        error_of: &mut dyn FnMut(&mut [f64]) -> Result<f64>,
+    ) -> Result<()> {
+        propose(&self.phi, upper, self.step_length, stream, &mut self.proposal);
+        let draw = stream.uniform();
+        let proposed = match error_of(&mut self.proposal) {
+            Ok(proposed) => proposed,
+            Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) => f64::INFINITY,
+            Err(other) => return Err(other),
+        };
+        if proposed <= self.error || draw < ((self.error - proposed) / temperature).exp() {
+            self.phi.copy_from_slice(&self.proposal);
+            self.error = proposed;
+            self.step_length = (self.step_length * ADAPTATION.0).min(LONGEST_STEP);
+        } else {
+            self.step_length *= ADAPTATION.1;
+        }
+        Ok(())
+    }
+}
+
 /// Where a chain begins: the first at a tenth of the bounds, the others anywhere within three decades below them.
-fn start(problem: &Problem, chain: usize, stream: &mut Stream) -> Vec<f64> {
+pub(super) fn start(problem: &Problem, chain: usize, stream: &mut Stream) -> Vec<f64> {
     problem
         .upper
         .iter()

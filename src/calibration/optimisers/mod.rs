@@ -3,3 +3,4 @@
 pub mod annealing;
 pub mod gauss_newton;
 pub mod hybrid;
+pub mod surrogate;
