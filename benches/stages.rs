@@ -22,7 +22,7 @@ use springfit::scene::{self, Scene, Source};
 use springfit::sparse::cholesky::{Factor, Symbolic};
 use springfit::sparse::ordering::nested_dissection;
 use springfit::springs::affine::{self, AffineStiffness};
-use springfit::springs::solver::SpringOperator;
+use springfit::springs::solver::{Path, Settings, SpringOperator, SpringSolver};
 use springfit::springs::{bounds, grouping};
 use springfit::study::body::{self, Body};
 use springfit::study::loads::{self, LoadCase};
@@ -68,6 +68,7 @@ fn stages(criterion: &mut Criterion) {
     for n in [9, 17] {
         let cube = cube(n);
         systems(criterion, n, &cube);
+        paths(criterion, n, &cube);
         fits(criterion, n, &cube);
     }
 }
@@ -112,6 +113,46 @@ fn systems(criterion: &mut Criterion, n: usize, cube: &Cube) {
             factor.solve(forces, &mut u).expect("solvable")
         });
     });
+    group.finish();
+}
+
+/// Two evaluations on each path with factors: 1 % to either side of the phi where the first factor was made, up in the
+/// first group and down in the others or the other way round.
+fn paths(criterion: &mut Criterion, n: usize, cube: &Cube) {
+    let Cube { loads, operator, upper, .. } = cube;
+    let mut group = criterion.benchmark_group("two evaluations");
+    group.sample_size(10);
+    let forces = &loads[0].load.forces;
+    let aside = |step: f64| -> Vec<f64> {
+        (0..upper.len()).map(|a| 0.1 * upper[a] * if a == 0 { step } else { 1.0 / step }).collect()
+    };
+    let (here, there, back) = (aside(1.0), aside(1.01), aside(1.0 / 1.01));
+    let mut exact = vec![0.0; forces.len()];
+    for path in [Path::Direct, Path::Single, Path::Stale] {
+        let mut solver = SpringSolver::new(operator, &Settings { path, ..Settings::default() });
+        let mut u = vec![0.0; forces.len()];
+        let mut evaluate = |phi: &[f64], u: &mut [f64]| {
+            solver.set(phi).and_then(|()| solver.solve(forces, u, 1e-10)).expect("positive definite");
+        };
+        evaluate(&here, &mut u);
+        group.bench_function(BenchmarkId::new(path.name(), format!("{n}^3")), |b| {
+            b.iter(|| {
+                evaluate(black_box(&there), &mut u);
+                evaluate(black_box(&back), &mut u);
+            });
+        });
+        if path == Path::Direct {
+            exact.copy_from_slice(&u);
+        }
+        let largest = exact.iter().fold(0.0_f64, |a, u| a.max(u.abs()));
+        let difference = u.iter().zip(&exact).fold(0.0_f64, |a, (u, e)| a.max((u - e).abs()));
+        println!(
+            "{n}^3 {}: largest difference to direct {:.1e}, {:?}",
+            path.name(),
+            difference / largest,
+            solver.work()
+        );
+    }
     group.finish();
 }
 

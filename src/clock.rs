@@ -25,6 +25,21 @@ impl Stopwatch {
     }
 }
 
+/// Seconds that the processor has worked for this process so far, all threads together; `None` where the system does not
+/// tell. Unlike the time on the wall it does not run while others have the processor.
+#[cfg(unix)]
+pub fn processor_seconds() -> Option<f64> {
+    use nix::time::{ClockId, clock_gettime};
+    let time = clock_gettime(ClockId::CLOCK_PROCESS_CPUTIME_ID).ok()?;
+    Some(time.tv_sec() as f64 + 1e-9 * time.tv_nsec() as f64)
+}
+
+/// Seconds that the processor has worked for this process so far: not known on this system.
+#[cfg(not(unix))]
+pub fn processor_seconds() -> Option<f64> {
+    None
+}
+
 /// What a run is doing, how far it is, and whether it should stop.
 #[derive(Debug, Default)]
 pub struct Progress {

@@ -133,3 +133,52 @@ fn an_output_folder_that_cannot_be_made_exits_with_2() {
     assert_eq!(status, 2, "{message}");
     assert!(message.contains(file.path().to_str().unwrap()), "{message}");
 }
+
+#[test]
+fn bench_measures_with_the_error_beside_the_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let (status, json, message) = call(&[
+        "bench",
+        "solve",
+        "--sizes",
+        "4,5",
+        "--repeat",
+        "2",
+        "--threads",
+        "1",
+        "--json",
+        "--out",
+        out,
+        "--write",
+        out,
+    ]);
+    assert_eq!(status, 0, "{message}");
+    let document: Value = serde_json::from_str(&json).unwrap();
+    let rows = document["rows"].as_array().unwrap();
+    assert_eq!(rows.iter().filter(|row| row["method"] == "direct").count(), 2);
+    for row in rows {
+        assert!(row["residual"].as_f64().unwrap() < 1e-9 && row["evaluation"]["median"].as_f64().unwrap() > 0.0);
+    }
+    for name in ["bench-solve.json", "bench-solve.svg", "cube_4.mtx", "cube_4_rhs.mtx", "cube_4_order.txt"] {
+        assert!(folder.path().join(name).exists(), "{name}");
+    }
+
+    let (status, text, message) =
+        call(&["bench", "calibrate", SQUARE, "--set", "calibration.annealing.evaluations=40", "--out", out]);
+    assert_eq!(status, 0, "{message}");
+    for variant in ["annealing, one chain", "annealing, many chains", "gauss_newton", "hybrid"] {
+        assert!(text.contains(variant), "{text}");
+    }
+    assert!(folder.path().join("bench-calibrate.svg").exists());
+
+    for (arguments, expected) in [
+        (["--sizes", "2"], "from 3 to 129"),
+        (["--methods", "magic"], "the methods are direct"),
+        (["--repeat", "0"], "1..="),
+    ] {
+        let (status, _, message) = call(&[&["bench", "solve"], &arguments[..]].concat());
+        assert_eq!(status, 2);
+        assert!(message.contains(expected), "{message}");
+    }
+}

@@ -1,6 +1,7 @@
 //! The multigrid path of the springs against the assembled matrix and the direct solve.
 
 use springfit::clock::Stopwatch;
+use springfit::error::Error;
 use springfit::geometry::dofs::DofMap;
 use springfit::geometry::grid::Grid;
 use springfit::sparse::cholesky::{Factor, Symbolic};
@@ -245,6 +246,29 @@ fn bits_do_not_depend_on_threads_or_on_what_was_before() {
     for (threads, before) in [(2, false), (4, false), (1, true)] {
         assert!(run(threads, before) == alone, "{threads} threads");
     }
+}
+
+#[test]
+fn a_tolerance_below_rounding_ends_at_rounding_and_says_so() {
+    for body in [cube(9), plate(17)] {
+        let mut solver = body.solver();
+        solver.set(&body.phi());
+        let b = body.loads();
+        let mut u = vec![0.0; b.len()];
+        let report = solver.solve(&b, &mut u, 1e-17).expect("as good as f64 allows");
+        assert!(report.residual > 1e-17 && report.residual < 1e-10, "{:.1e}", report.residual);
+    }
+}
+
+#[test]
+fn a_body_that_is_too_hard_is_an_error_after_a_bounded_number_of_iterations() {
+    let thin = body(&[65, 9, 3], |[x, y, z]| [20.0 * x, y, 0.002 * z], |index| [index[0] == 0; 3]);
+    let mut solver = thin.solver();
+    solver.set(&[1e4, 1.0, 1.0]);
+    let b = thin.loads();
+    let mut u = vec![0.0; b.len()];
+    let error = solver.solve(&b, &mut u, 1e-10).expect_err("a thin strip held at one end");
+    assert!(matches!(error, Error::Inaccurate { .. }), "{error}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use springfit::geometry::selection::face_nodes;
 use springfit::geometry::shapes;
 use springfit::reference::loads::{self, Load};
 use springfit::reference::material::{Lame, Material, Plane};
-use springfit::reference::matrix_free::solve::{Splines, memory_bytes};
+use springfit::reference::matrix_free::solve::memory_bytes;
 use springfit::reference::methods::nurbs;
 use springfit::reference::{Path, Reference, reason_to_factor};
 use springfit::sparse::ordering::minimum_degree;
@@ -215,9 +215,37 @@ fn hard_case_folded_body() {
 fn memory_grows_like_the_body() {
     let bytes = |n: usize| {
         let case = Case::new("cube", &[n; 3], &[2; 3]);
-        let splines = Splines { patch: &case.patch, extra_points: 0, thickness: 1.0 };
-        memory_bytes(splines, case.dofs().len(), 2)
+        memory_bytes(&case.patch, 0, case.dofs().len(), 2)
     };
     let (coarse, fine) = (bytes(17), bytes(33));
     assert!(fine < 300_000_000 && fine < 10 * coarse, "{coarse} and {fine} bytes");
+}
+
+/// Seconds, iterations and memory: `cargo test --release --test reference_iterative -- --ignored --nocapture`.
+#[test]
+#[ignore = "takes half a minute"]
+fn figures_of_fine_bodies() {
+    for (name, control_points, degree) in [
+        ("cube", [17; 3], [2; 3]),
+        ("cube", [33; 3], [2; 3]),
+        ("spheroid", [65, 64, 9], [2, 2, 1]),
+        ("torus", [65, 33, 33], [2; 3]),
+        ("cube", [65; 3], [2; 3]),
+    ] {
+        let case = Case::new(name, &control_points, &degree);
+        let dofs = case.dofs();
+        let points = nurbs::integration_points(&case.patch, 0, 1.0);
+        let load = loads::per_node(&dofs, [3.0, -2.0, 1.0]).expect("a load");
+        let found = Reference::iterative(&points, case.lame(), &dofs, &[load]).expect("whole").expect("converges");
+        let predicted = memory_bytes(&case.patch, 0, dofs.len(), rayon::current_num_threads()) as f64 / 1e9;
+        let peak = springfit::memory::peak_bytes().unwrap_or(0) as f64 / 1e9;
+        println!(
+            "{name} {control_points:?}: {} dofs, {:.2} s, {:?}, {predicted:.2} GB expected, {peak:.2} GB so far",
+            dofs.len(),
+            found.seconds,
+            found.path
+        );
+        let Path::Iterative { residual, .. } = found.path else { panic!("iterated") };
+        assert!(residual < 1e-11);
+    }
 }

@@ -194,6 +194,24 @@ fn a_common_factor_needs_no_new_factor_and_a_long_step_does() {
 }
 
 #[test]
+fn a_guess_that_is_worse_than_it_should_be_costs_iterations_not_a_factor() {
+    let cube = cube(9, "kind");
+    let mut solver = cube.solver(Path::Stale);
+    let mut u = vec![0.0; cube.forces.len()];
+    cube.next(&mut solver, &[1.0, 0.7, 0.4], &mut u).expect("positive definite");
+    let phi = [1.01, 0.7, 0.4];
+    let exact = cube.direct(&phi).expect("positive definite");
+    for spoil in [1.0, -3.0, 1e30, f64::NAN] {
+        cube.next(&mut solver, &phi, &mut u).expect("positive definite");
+        // the solver holds this for the answer it gave
+        u.iter_mut().enumerate().for_each(|(i, u)| *u = spoil * (i as f64).sin());
+        cube.next(&mut solver, &phi, &mut u).expect("positive definite");
+        assert!(difference(&u, &exact) < 1e-9, "{spoil}");
+        assert_eq!(solver.work().refactorisations, 1, "{spoil}");
+    }
+}
+
+#[test]
 fn a_network_that_moves_is_an_error_on_every_path_and_the_next_one_is_solved() {
     let cube = cube(5, "kind");
     for path in PATHS {

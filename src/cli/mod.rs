@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use springfit::scene::Located;
 
+mod bench;
 mod check;
 mod list;
 mod new;
@@ -52,6 +53,11 @@ enum Command {
         /// Print JSON
         #[arg(long)]
         json: bool,
+    },
+    /// Measure speed against error on this machine
+    Bench {
+        #[command(subcommand)]
+        what: bench::Bench,
     },
     /// Print tables of the thesis, theirs beside ours
     Reproduce {
@@ -106,6 +112,7 @@ pub fn run(call: &Call) -> Result<()> {
         Command::Check { input, json } => check::run(input, *json),
         Command::New { name } => new::run(name),
         Command::List { kind, json } => list::run(kind.as_deref(), *json),
+        Command::Bench { what } => bench::run(what),
         Command::Reproduce { id, json } => reproduce::run(id, *json),
         Command::Schema => schema::run(),
     }

@@ -52,8 +52,11 @@ fn study(arguments: &RunArguments, input: &Input, progress: &Progress) -> spring
 }
 
 /// The worker threads of everything parallel.
-fn set_threads(threads: Option<u16>) -> Result<()> {
+///
+/// # Errors
+/// When the system does not give that many.
+pub fn set_threads(threads: Option<u16>) -> springfit::error::Result<()> {
     let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from));
     let wrong = |error| Error::input("--threads", format!("{error}"), "ask for fewer threads");
-    builder.build_global().map_err(wrong).map_err(Into::into)
+    builder.build_global().map_err(wrong)
 }

@@ -32,7 +32,7 @@ use crate::error::Result;
 use crate::geometry::dofs::DofMap;
 use crate::reference::loads::Load;
 use crate::reference::material::Lame;
-use crate::reference::matrix_free::solve::{Limits, Splines};
+use crate::reference::matrix_free::solve::Limits;
 use crate::reference::points::IntegrationPoints;
 use crate::sparse::cholesky::Symbolic;
 
@@ -168,11 +168,9 @@ impl Reference {
     /// [`crate::error::Error::FoldedElement`].
     pub fn iterative(points: &IntegrationPoints, lame: Lame, dofs: &DofMap, loads: &[Load]) -> Result<Option<Self>> {
         let watch = Stopwatch::start();
-        let Some((patch, extra_points)) = points.splines() else { return Ok(None) };
-        let splines = Splines { patch, extra_points, thickness: points.thickness() };
         let right: Vec<&[f64]> = loads.iter().map(|load| load.forces.as_slice()).collect();
         let limits = Limits { tolerance: TOLERANCE, iterations: ITERATIONS };
-        let Some(found) = matrix_free::solve::solve(splines, lame, dofs, &right, limits)? else { return Ok(None) };
+        let Some(found) = matrix_free::solve::solve(points, lame, dofs, &right, limits)? else { return Ok(None) };
         Ok(Some(Self {
             stiffness: None,
             frobenius: found.frobenius,

@@ -5,7 +5,9 @@
 //! | [`result`] | result.json |
 //! | [`summary`] | what a person reads after a run or a check |
 //! | [`reproduce`] | tables of the thesis, theirs beside ours |
+//! | [`bench`] | speed against error on this machine |
 
+pub mod bench;
 pub mod reproduce;
 pub mod result;
 pub mod summary;

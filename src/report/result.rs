@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::calibration::errors::Errors;
 use crate::memory;
+use crate::reference::Path;
 use crate::scene::Scene;
 use crate::study::plan::Sizes;
 use crate::study::{Study, fit};
@@ -34,6 +35,8 @@ pub struct Document<'a> {
 #[derive(Debug, Serialize)]
 struct Reference {
     method: String,
+    path: &'static str,
+    iterations: u64,
     compliance: f64,
     u_max: f64,
     u_norm2: f64,
@@ -163,8 +166,14 @@ impl<'a> Document<'a> {
 
 fn reference(study: &Study) -> Reference {
     let case = &study.reference.cases[0];
+    let (path, iterations) = match &study.reference.path {
+        Path::Direct { .. } => ("direct", 0),
+        Path::Iterative { iterations, .. } => ("iterative", iterations.iter().map(|&count| count as u64).sum()),
+    };
     Reference {
         method: study.scene.reference.method.clone(),
+        path,
+        iterations,
         compliance: case.compliance,
         u_max: case.u_max,
         u_norm2: case.u_norm2,

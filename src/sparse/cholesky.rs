@@ -5,7 +5,7 @@
 //! the permuted lower triangle, of L, and all workspace, so that nothing is allocated after its making. Whoever
 //! assembles writes straight into [`Factor::values_mut`]; no copy stands between assembly and factorisation.
 //!
-//! The factorisation is faer's supernodal one, run sequentially: its bits would depend on its parallel degree, and
+//! The factorisation ([`super::multifrontal`]) runs sequentially: its bits would depend on its parallel degree, and
 //! workers side by side (chains, starts, gammas, load cases) use the cores better. Only this file and [`super::single`], the
 //! same in f32, name it.
 //!
@@ -15,7 +15,6 @@
 use std::sync::Arc;
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::linalg::cholesky::llt::factor::LltError;
 use faer::sparse::linalg::cholesky::{simplicial, supernodal};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
@@ -23,6 +22,7 @@ use nalgebra_sparse::CsrMatrix;
 
 use crate::error::{Error, Result};
 use crate::sparse::backward_error::{self, Lower};
+use crate::sparse::multifrontal;
 use crate::sparse::pattern::Pattern;
 
 /// A backward error above this is refined once.
@@ -41,6 +41,7 @@ pub struct Symbolic {
     lower: SymbolicSparseColMat<u32>,
     source: Vec<usize>,
     supernodes: supernodal::SymbolicSupernodalCholesky<u32>,
+    plan: multifrontal::Plan,
     factor_flops: f64,
 }
 
@@ -77,7 +78,8 @@ impl Symbolic {
                 })?;
         let factor_flops = counts.iter().map(|&c| f64::from(c) * f64::from(c)).sum();
         let lower = SymbolicSparseColMat::new_checked(n, n, starts, None, rows);
-        Ok(Arc::new(Self { order, lower, source, supernodes, factor_flops }))
+        let plan = multifrontal::Plan::new(&supernodes);
+        Ok(Arc::new(Self { order, lower, source, supernodes, plan, factor_flops }))
     }
 
     /// Number of unknowns.
@@ -110,6 +112,11 @@ impl Symbolic {
         self.lower.as_ref()
     }
 
+    /// The fronts of a factorisation.
+    pub(super) fn plan(&self) -> &multifrontal::Plan {
+        &self.plan
+    }
+
     /// The supernodes of L, as the factorisations of this room take them.
     pub(super) fn supernodes(&self) -> &supernodal::SymbolicSupernodalCholesky<u32> {
         &self.supernodes
@@ -127,7 +134,10 @@ impl Symbolic {
 
     /// Bytes of one [`Factor`] on this pattern.
     pub fn factor_bytes(&self) -> usize {
-        8 * (self.factor_entries() + self.lower_rows().len() + (3 + COLUMNS_AT_ONCE) * self.len())
+        8 * (self.factor_entries()
+            + self.plan.update_entries()
+            + self.lower_rows().len()
+            + (3 + COLUMNS_AT_ONCE) * self.len())
             + scratch(self).unaligned_bytes_required()
     }
 }
@@ -135,11 +145,7 @@ impl Symbolic {
 /// Workspace of a factorisation and of a solve with [`COLUMNS_AT_ONCE`] columns.
 fn scratch(symbolic: &Symbolic) -> StackReq {
     StackReq::any_of(&[
-        supernodal::factorize_supernodal_numeric_llt_scratch::<u32, f64>(
-            &symbolic.supernodes,
-            Par::Seq,
-            Default::default(),
-        ),
+        symbolic.plan.scratch::<f64>(),
         symbolic.supernodes.solve_in_place_scratch::<f64>(COLUMNS_AT_ONCE, Par::Seq),
     ])
 }
@@ -204,6 +210,7 @@ pub struct Factor {
     residual: Vec<f64>,
     scale: Vec<f64>,
     buffer: MemBuffer,
+    work: multifrontal::Workspace<f64>,
 }
 
 impl Factor {
@@ -218,6 +225,7 @@ impl Factor {
             residual: vec![0.0; n],
             scale: vec![0.0; n],
             buffer: MemBuffer::new(scratch(&symbolic)),
+            work: multifrontal::Workspace::new(&symbolic.plan, &symbolic.supernodes),
             symbolic,
         }
     }
@@ -250,22 +258,10 @@ impl Factor {
     /// [`Error::NotPositiveDefinite`] with the unknown whose pivot is not positive.
     pub fn refactor(&mut self) -> Result<()> {
         let s = &*self.symbolic;
-        let n = s.len();
-        let outcome = supernodal::factorize_supernodal_numeric_llt(
-            &mut self.factor,
-            SparseColMatRef::new(s.lower.as_ref(), &self.lower),
-            Default::default(),
-            &s.supernodes,
-            Par::Seq,
-            MemStack::new(&mut self.buffer),
-            Default::default(),
-        );
-        match outcome {
-            Ok(_) => Ok(()),
-            Err(LltError::NonPositivePivot { index }) => {
-                Err(Error::NotPositiveDefinite { dof: s.order[index.min(n - 1)] as usize })
-            }
-        }
+        let lower = SparseColMatRef::new(s.lower.as_ref(), &self.lower);
+        let stack = MemStack::new(&mut self.buffer);
+        multifrontal::factorise(&s.plan, &s.supernodes, lower, &mut self.factor, &mut self.work, stack)
+            .map_err(|column| Error::NotPositiveDefinite { dof: s.order[column] as usize })
     }
 
     /// The unknown with the smallest pivot relative to its diagonal entry, and that ratio L_jj^2 / A_jj in (0, 1]. The

@@ -12,6 +12,7 @@
 //! | [`cg`] | preconditioned conjugate gradients, for a matrix that is only applied |
 //! | [`multigrid`] | a V-cycle on a grid of springs, a preconditioner whose work grows like the unknowns |
 //! | [`fast_diagonalisation`] | the inverse of a sum of Kronecker products, a preconditioner on boxes of splines |
+//! | `multifrontal` | the numbers of a factor, front by front |
 //! | [`backward_error`] | how well a solution satisfies its equations |
 
 pub mod assemble;
@@ -19,6 +20,7 @@ pub mod backward_error;
 pub mod cg;
 pub mod cholesky;
 pub mod fast_diagonalisation;
+mod multifrontal;
 pub mod multigrid;
 pub mod ordering;
 pub mod pattern;

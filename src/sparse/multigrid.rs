@@ -32,12 +32,14 @@ pub mod level;
 pub mod padded;
 pub mod transfer;
 
+use rayon::prelude::*;
+
 use bars::Bars;
 use blocks::Blocks;
 use coarsest::Coarsest;
 use galerkin::Fine;
 use level::{FIRST, Level, Operator, SECOND};
-use padded::{Padded, components_mut};
+use padded::Padded;
 use transfer::{Transfer, spacing};
 
 /// A direction is halved when its neighbours are at most this much further apart than the nearest.
@@ -45,6 +47,9 @@ pub const NEAR: f64 = 1.6;
 
 /// A grid with at most this many nodes is solved directly.
 pub const COARSEST: usize = 64;
+
+/// Numbers that one task serves.
+const PIECE: usize = 16_384;
 
 /// The hierarchy of grids.
 #[derive(Debug, Clone)]
@@ -114,15 +119,17 @@ impl Multigrid {
     /// z = M r: one V-cycle. Whole vectors on the finest grid; r must be zero at held components and in the margin.
     pub fn apply(&mut self, r: &[f64], z: &mut [f64]) {
         // a power of two brings r into the range of f32 without changing its digits
-        let largest = r.iter().fold(0.0_f64, |largest, r| largest.max(r.abs()));
+        let largest = r.par_iter().with_min_len(PIECE).map(|r| r.abs()).reduce(|| 0.0, f64::max);
         if largest == 0.0 || !largest.is_finite() {
             return z.fill(0.0 * largest);
         }
         let scale = largest.log2().floor().exp2();
         let down = 1.0 / scale;
-        self.levels[0].r.iter_mut().zip(r).for_each(|(to, r)| *to = (r * down) as f32);
+        let to = self.levels[0].r.par_iter_mut().with_min_len(PIECE);
+        to.zip(r).for_each(|(to, r)| *to = (r * down) as f32);
         cycle(&mut self.levels, &self.transfers, &mut self.coarsest, &mut self.scratch);
-        z.iter_mut().zip(&self.levels[0].x).for_each(|(z, x)| *z = scale * f64::from(*x));
+        let x = &self.levels[0].x;
+        z.par_iter_mut().with_min_len(PIECE).zip(x).for_each(|(z, x)| *z = scale * f64::from(*x));
     }
 
     /// Nodes along each direction on every grid, from the finest.
@@ -167,21 +174,4 @@ fn cycle(levels: &mut [Level], transfers: &[Transfer], coarsest: &mut Coarsest, 
     level.advance(1);
     level.descend(1, SECOND.0, SECOND.1 / lambda);
     level.advance(0);
-}
-
-/// Bits of three free components.
-pub const FREE: u8 = 7;
-
-/// Copies three components of every node from `f(index)` into a vector on a padded grid.
-pub fn fill<T: Copy>(padded: &Padded, v: &mut [T], f: impl Fn([usize; 3]) -> [T; 3]) {
-    let [n0, n1, n2] = padded.extents();
-    let v = components_mut(v);
-    for i in 0..n0 {
-        for j in 0..n1 {
-            for k in 0..n2 {
-                let value = f([i, j, k]);
-                (0..3).for_each(|c| v[c][padded.at([i, j, k])] = value[c]);
-            }
-        }
-    }
 }

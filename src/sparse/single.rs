@@ -17,13 +17,13 @@ use std::sync::Arc;
 
 use faer::Par;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::linalg::cholesky::llt::factor::LltError;
 use faer::sparse::SparseColMatRef;
 use faer::sparse::linalg::cholesky::supernodal;
 use faer::{Conj, MatMut};
 
 use crate::error::{Error, Result};
 use crate::sparse::cholesky::Symbolic;
+use crate::sparse::multifrontal;
 use crate::sparse::sweep;
 
 /// Right-hand sides that one sweep over L serves.
@@ -38,6 +38,7 @@ pub struct SingleFactor {
     factor: Vec<f32>,
     columns: Vec<f32>,
     buffer: MemBuffer,
+    work: multifrontal::Workspace<f32>,
 }
 
 impl SingleFactor {
@@ -50,13 +51,17 @@ impl SingleFactor {
             factor: vec![0.0; symbolic.factor_entries()],
             columns: vec![0.0; n * COLUMNS_AT_ONCE],
             buffer: MemBuffer::new(scratch(&symbolic)),
+            work: multifrontal::Workspace::new(symbolic.plan(), symbolic.supernodes()),
             symbolic,
         }
     }
 
     /// Bytes of one factor on this pattern.
     pub fn bytes(symbolic: &Symbolic) -> usize {
-        4 * (symbolic.factor_entries() + symbolic.lower_rows().len() + (2 + COLUMNS_AT_ONCE) * symbolic.len())
+        4 * (symbolic.factor_entries()
+            + symbolic.plan().update_entries()
+            + symbolic.lower_rows().len()
+            + (2 + COLUMNS_AT_ONCE) * symbolic.len())
             + scratch(symbolic).unaligned_bytes_required()
     }
 
@@ -72,21 +77,10 @@ impl SingleFactor {
         assert_eq!(values.len(), self.lower.len(), "the values of the analysed triangle");
         self.scale(values)?;
         let s = &*self.symbolic;
-        let outcome = supernodal::factorize_supernodal_numeric_llt(
-            &mut self.factor,
-            SparseColMatRef::new(s.lower(), &self.lower),
-            Default::default(),
-            s.supernodes(),
-            Par::Seq,
-            MemStack::new(&mut self.buffer),
-            Default::default(),
-        );
-        match outcome {
-            Ok(_) => Ok(()),
-            Err(LltError::NonPositivePivot { index }) => {
-                Err(Error::NotPositiveDefinite { dof: s.order()[index.min(s.len() - 1)] as usize })
-            }
-        }
+        let lower = SparseColMatRef::new(s.lower(), &self.lower);
+        let stack = MemStack::new(&mut self.buffer);
+        multifrontal::factorise(s.plan(), s.supernodes(), lower, &mut self.factor, &mut self.work, stack)
+            .map_err(|column| Error::NotPositiveDefinite { dof: s.order()[column] as usize })
     }
 
     /// Chooses D and writes D A D, rounded.
@@ -154,11 +148,7 @@ impl SingleFactor {
 
 /// Workspace of a factorisation and of a solve with [`COLUMNS_AT_ONCE`] columns.
 fn scratch(symbolic: &Symbolic) -> StackReq {
-    let factor = supernodal::factorize_supernodal_numeric_llt_scratch::<u32, f32>(
-        symbolic.supernodes(),
-        Par::Seq,
-        Default::default(),
-    );
+    let factor = symbolic.plan().scratch::<f32>();
     factor.or(symbolic.supernodes().solve_in_place_scratch::<f32>(COLUMNS_AT_ONCE, Par::Seq))
 }
 

@@ -135,10 +135,13 @@ impl Iterative {
             }
             _ => 1.0,
         };
-        let predicted = prediction::iterations(prediction::spread(&self.phi, &kept.phi), guess, tolerance);
+        let c = prediction::spread(&self.phi, &kept.phi);
+        let predicted = prediction::iterations(c, guess, tolerance);
         let columns = prediction::columns_in_iterations(self.columns(forces));
         let renewal = prediction::refactorisation_in_iterations(&self.symbolic) + FRESH.0 * columns;
-        (self.reuse && predicted * columns <= renewal).then(|| 2 * predicted as usize + 2)
+        let worth = self.reuse && predicted * columns <= renewal;
+        // a guess may be worse than it should be, and is then no reason for a new factor
+        worth.then(|| 2 * prediction::iterations(c, 1.0, tolerance).min(renewal) as usize + 2)
     }
 
     /// Makes the factor of this K: in f32, or in f64 where f32 fails.

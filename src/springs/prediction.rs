@@ -7,7 +7,7 @@
 //! ```
 //!
 //! and c bounds the condition number of K(psi)^-1 K(phi), whatever the mesh. Conjugate gradients lower an error of 1 to t in
-//! at most ln(2 / t) / ln((sqrt c + 1) / (sqrt c - 1)) iterations: to 1e-10 in 5 after a step of 1 % in every group, in 9
+//! at most ln(2 / t) / ln((sqrt c + 1) / (sqrt c - 1)) iterations: to 1e-10 in 5 after a step of 1 % in every group, in 8
 //! after 10 %. A common factor of all stiffnesses costs nothing.
 //!
 //! The last displacements serve as the guess, scaled to the least error; by the inequality of Kantorovich their error is
@@ -48,10 +48,14 @@ pub fn columns_in_iterations(columns: usize) -> f64 {
 pub fn spread(phi: &[f64], psi: &[f64]) -> f64 {
     assert_eq!(phi.len(), psi.len(), "one number for every group");
     let ratios = phi.iter().zip(psi).filter(|(phi, psi)| **phi != 0.0 || **psi != 0.0).map(|(phi, psi)| phi / psi);
+    // min and max would pass over what is not a number
+    if ratios.clone().any(|ratio| !ratio.is_finite()) {
+        return f64::INFINITY;
+    }
     let (least, most) = ratios.fold((f64::INFINITY, 0.0_f64), |(least, most), r| (least.min(r), most.max(r)));
     match most / least {
         c if c >= 1.0 => c,
-        // no group has a stiffness, or one has none that is a number: nothing can be foretold
+        // no group has a stiffness: nothing can be foretold
         _ => f64::INFINITY,
     }
 }
@@ -77,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_of_one_and_ten_percent_need_five_and_nine_iterations() {
+    fn steps_of_one_and_ten_percent_need_five_and_eight_iterations() {
         let step = |s: f64| iterations(spread(&[1.0 + s, 2.0], &[1.0, 2.0 * (1.0 + s)]), 1.0, 1e-10);
         assert_eq!([step(0.01), step(0.1)], [5.0, 8.0]);
         assert_eq!(iterations(1.0, 1.0, 1e-10), 3.0);

@@ -154,6 +154,21 @@ impl Stencil {
         });
     }
 
+    /// An upper bound of the eigenvalues of K(phi), N/m: twice the largest sum of the stiffness around a node, since a
+    /// spring joins two.
+    pub fn stiffest(&self) -> f64 {
+        let (len, x) = (self.padded.len(), components(&self.bars.positions));
+        let steps: Vec<usize> = self.padded.forward().iter().map(|&offset| self.padded.step(offset)).collect();
+        let around = |p: usize| {
+            let stiffness = |o: usize, a: usize| {
+                let square: f64 = x.iter().map(|x| (x[a + steps[o]] - x[a]).powi(2)).sum();
+                self.bars.coefficients[o * len + a] * square
+            };
+            (0..steps.len()).map(|o| stiffness(o, p) + stiffness(o, p - steps[o])).sum::<f64>()
+        };
+        2.0 * self.padded.body().into_par_iter().with_min_len(PIECE).map(around).reduce(|| 0.0, f64::max)
+    }
+
     /// out = K(phi) u on the padded grid; `u` zero at held components and in the margin.
     pub fn product(&self, u: &[f64], out: &mut [f64]) {
         pieces(&self.padded, out, PIECE).enumerate().for_each(|(i, mut out)| {

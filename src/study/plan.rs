@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use crate::calibration::sweep;
 use crate::error::Result;
-use crate::reference::stiffness;
+use crate::reference::matrix_free::solve::memory_bytes;
+use crate::reference::{self, stiffness};
 use crate::scene::Scene;
 use crate::sparse::cholesky::Symbolic;
 use crate::sparse::ordering::nested_dissection;
@@ -22,7 +23,10 @@ const RATE: f64 = 1e10;
 
 /// Bytes of the multigrid path, and seconds of one solve on one thread, for each unknown; for estimates only.
 const GRID_BYTES: usize = 600;
-const GRID_SECONDS: f64 = 4e-6;
+const GRID_SECONDS: f64 = 2e-6;
+
+/// Seconds of the iterated reference for each unknown and load case; for estimates only.
+const ITERATED_SECONDS: f64 = 2e-5;
 
 /// Sizes of what a scene builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -92,11 +96,8 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     let distinct: Vec<usize> = (0..same.len()).filter(|&i| same[i] == i).map(|i| groupings[i].groups.len()).collect();
     let problems = distinct.len();
     let (optimiser, settings) = fit::optimiser(&scene)?;
-    let reach = *body.patch.degree().iter().max().unwrap_or(&1);
-    let order = body.dofs.order(&nested_dissection(body.grid().extents(), reach, body.closed()));
-    let pattern = stiffness::pattern(&body.integration_points(), &body.dofs);
-    let reference = Symbolic::analyse(&pattern, order)?;
     let threads = rayon::current_num_threads();
+    let reference = reference_cost(&body, threads)?;
     let evaluations =
         distinct.iter().map(|&groups| (optimiser.expected_evaluations)(&settings, groups)).sum::<u64>() as f64;
     let groups = groupings.iter().map(|g| g.groups.len()).max().unwrap_or(0);
@@ -110,18 +111,44 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
             (0, GRID_BYTES * unknowns, GRID_SECONDS * unknowns as f64 * groups as f64 / threads as f64)
         }
     };
-    let memory_bytes = (reference.factor_bytes() + 16 * pattern.entries()).max(spring_bytes);
-    let seconds = reference.factor_flops() / RATE + evaluations * evaluation;
+    let memory_bytes = reference.bytes.max(spring_bytes);
+    let seconds = reference.seconds * loads.len() as f64 + evaluations * evaluation;
     Ok(Plan {
         sizes: Sizes::of(&body, &lattice, groups),
         sweep: gammas.into_iter().zip(groupings.iter().map(|g| g.groups.len())).collect(),
         problems,
-        factor_entries: [reference.factor_entries(), spring_entries],
+        factor_entries: [reference.factor_entries, spring_entries],
         memory_bytes,
         seconds,
         steps: steps(&scene, loads.iter().filter(|case| case.fit).count(), loads.len(), optimiser.name, problems),
         warnings: body.warnings.iter().chain(&lattice.warnings).cloned().collect(),
         scene,
+    })
+}
+
+/// What the reference costs.
+struct ReferenceCost {
+    bytes: usize,
+    factor_entries: usize,
+    seconds: f64,
+}
+
+/// The cost of the path that the reference will take.
+fn reference_cost(body: &Body, threads: usize) -> Result<ReferenceCost> {
+    let points = body.integration_points();
+    let unknowns = body.dofs.len();
+    if reference::reason_to_factor(&points, &body.dofs).is_none() {
+        let bytes = memory_bytes(&body.patch, body.extra_points, unknowns, threads);
+        return Ok(ReferenceCost { bytes, factor_entries: 0, seconds: ITERATED_SECONDS * unknowns as f64 });
+    }
+    let reach = *body.patch.degree().iter().max().unwrap_or(&1);
+    let order = body.dofs.order(&nested_dissection(body.grid().extents(), reach, body.closed()));
+    let pattern = stiffness::pattern(&points, &body.dofs);
+    let symbolic = Symbolic::analyse(&pattern, order)?;
+    Ok(ReferenceCost {
+        bytes: symbolic.factor_bytes() + 16 * pattern.entries(),
+        factor_entries: symbolic.factor_entries(),
+        seconds: symbolic.factor_flops() / RATE,
     })
 }
 

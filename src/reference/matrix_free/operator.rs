@@ -38,6 +38,8 @@ pub(super) struct Operator<'a> {
     collocation: [Vec<f64>; 3],
     /// First and last layer of elements (exclusive), first and last plane of nodes (exclusive) of each slab.
     slabs: Vec<[usize; 4]>,
+    /// Nodes that are tied to another, with that one.
+    ties: Vec<[usize; 2]>,
 }
 
 /// Everything that a product writes besides its result.
@@ -74,7 +76,9 @@ impl<'a> Operator<'a> {
                 [start, end, d0.first[start], d0.first[end - 1] + d0.order]
             })
             .collect();
-        Self { body, dofs, lame, collocation, slabs }
+        let ties =
+            (0..body.nodes()).map(|node| [node, dofs.master(node)]).filter(|[node, master]| node != master).collect();
+        Self { body, dofs, lame, collocation, slabs, ties }
     }
 
     /// Space for products.
@@ -124,8 +128,8 @@ impl<'a> Operator<'a> {
                 }
                 out.iter_mut().zip(&self.body.weights[i * plane..]).for_each(|(sum, weight)| *sum *= weight);
             });
-            for node in (0..nodes).filter(|&node| self.dofs.master(node) != node) {
-                field[self.dofs.master(node)] += field[node];
+            for &[node, master] in &self.ties {
+                field[master] += field[node];
             }
         }
         let forces: &[f64] = forces;

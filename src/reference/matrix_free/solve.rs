@@ -15,6 +15,7 @@ use crate::error::Result;
 use crate::geometry::dofs::DofMap;
 use crate::geometry::patch::Patch;
 use crate::reference::material::Lame;
+use crate::reference::points::IntegrationPoints;
 use crate::sparse::cg;
 
 /// A residual of this share of |K| |u| + |f| is rounding.
@@ -38,17 +39,6 @@ pub struct Iterated {
     pub volume: f64,
 }
 
-/// A spline body as the iteration takes it.
-#[derive(Debug, Clone, Copy)]
-pub struct Splines<'a> {
-    /// The geometry.
-    pub patch: &'a Patch,
-    /// Gauss points beyond degree + 1 in each direction.
-    pub extra_points: usize,
-    /// Thickness in m in two dimensions; not looked at in three.
-    pub thickness: f64,
-}
-
 /// When an iteration is done, and when it is given up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
@@ -64,13 +54,14 @@ pub struct Limits {
 /// # Errors
 /// [`crate::error::Error::FoldedElement`].
 pub fn solve(
-    splines: Splines,
+    points: &IntegrationPoints,
     lame: Lame,
     dofs: &DofMap,
     loads: &[&[f64]],
     limits: Limits,
 ) -> Result<Option<Iterated>> {
-    let body = Body::new(splines.patch, splines.extra_points, splines.thickness)?;
+    let Some((patch, extra_points)) = points.splines() else { return Ok(None) };
+    let body = Body::new(patch, extra_points, points.thickness())?;
     let Some(preconditioner) = Preconditioner::new(&body, dofs, lame) else { return Ok(None) };
     let operator = Operator::new(&body, dofs, lame);
     let (mut space, mut inner) = (operator.workspace(), separable::Workspace::default());
@@ -112,8 +103,7 @@ pub fn solve(
 }
 
 /// Bytes that [`solve`] takes at most beside its result, with `threads` threads.
-pub fn memory_bytes(splines: Splines, dofs: usize, threads: usize) -> usize {
-    let Splines { patch, extra_points, .. } = splines;
+pub fn memory_bytes(patch: &Patch, extra_points: usize, dofs: usize, threads: usize) -> usize {
     let nodes = patch.points().len() * patch.dimension();
     let map = Body::bytes(patch, extra_points);
     // fields of the map; those of the product with its slabs (1.5 of the nodes) and of the preconditioner; of the iteration

@@ -78,23 +78,24 @@ product!(f64, 8);
 product!(f32, 16);
 
 impl Bars<f32> {
-    /// The diagonal blocks sum_s c D D^T: six components (xx, yy, zz, xy, xz, yz) of [`Padded::len`] places.
-    pub fn diagonal(&self, padded: &Padded, out: &mut [f32]) {
-        out.fill(0.0);
-        let len = padded.len();
+    /// The diagonal blocks sum_s c D D^T on the places from `start`: `straight` takes xx, yy, zz, `mixed` xy, xz, yz.
+    pub fn diagonal(&self, padded: &Padded, start: usize, straight: &mut [&mut [f32]; 3], mixed: &mut [&mut [f32]; 3]) {
+        let (len, count) = (padded.len(), straight[0].len());
         let x = components(&self.positions);
+        straight.iter_mut().for_each(|block| block.fill(0.0));
+        mixed.iter_mut().for_each(|block| block.fill(0.0));
         for (o, &offset) in padded.forward().iter().enumerate() {
             let step = padded.step(offset);
-            for p in padded.body() {
-                let c = self.coefficients[o * len + p];
-                if c == 0.0 {
-                    continue;
-                }
-                let d = x.map(|x| x[p + step] - x[p]);
-                let products = [d[0] * d[0], d[1] * d[1], d[2] * d[2], d[0] * d[1], d[0] * d[2], d[1] * d[2]];
-                for (block, product) in out.chunks_exact_mut(len).zip(products) {
-                    block[p] += c * product;
-                    block[p + step] += c * product;
+            // the springs that the places own, then those of their backward neighbours
+            for tail in [start, start - step] {
+                let (c, head) = (&self.coefficients[o * len + tail..][..count], tail + step);
+                let (tail, head) = (x.map(|x| &x[tail..][..count]), x.map(|x| &x[head..][..count]));
+                for p in 0..count {
+                    let d: [f32; 3] = std::array::from_fn(|a| head[a][p] - tail[a][p]);
+                    for (a, b) in [(0, 1), (0, 2), (1, 2)].into_iter().enumerate() {
+                        straight[a][p] += c[p] * d[a] * d[a];
+                        mixed[a][p] += c[p] * d[b.0] * d[b.1];
+                    }
                 }
             }
         }

@@ -54,6 +54,14 @@ impl Blocks {
         std::array::from_fn(|entry| self.entry(index[0], o, entry)[within])
     }
 
+    /// The diagonal blocks of a plane: `straight` takes xx, yy, zz, `mixed` xy, xz, yz.
+    pub fn diagonal(&self, plane: usize, straight: &mut [&mut [f32]; 3], mixed: &mut [&mut [f32]; 3]) {
+        for (a, (straight, mixed)) in straight.iter_mut().zip(mixed).enumerate() {
+            straight.copy_from_slice(self.entry(plane, 0, 4 * a));
+            mixed.copy_from_slice(self.entry(plane, 0, [1, 2, 5][a]));
+        }
+    }
+
     /// Bytes of the numbers.
     pub fn bytes(&self) -> usize {
         4 * self.values.len()

@@ -22,7 +22,7 @@ const PIECE: usize = 2048;
 
 /// Steps of the power iteration for lambda, and the factor on what it finds, since it finds too little.
 const POWER_STEPS: usize = 8;
-const POWER_SAFETY: f32 = 1.15;
+const POWER_SAFETY: f32 = 1.05;
 
 /// First step: weight of D^-1 r.
 pub const FIRST: f32 = 4.0 / 3.0;
@@ -50,8 +50,8 @@ pub struct Level {
     pub free: Vec<u8>,
     /// The held components.
     pub held: Held,
-    /// Inverse diagonal blocks, six components (xx, yy, zz, xy, xz, yz), zero where held.
-    pub inverse: Vec<f32>,
+    /// Inverse diagonal blocks: xx, yy, zz, then xy, xz, yz; zero where held.
+    pub inverse: [Vec<f32>; 2],
     /// An upper bound of the eigenvalues of D^-1 A.
     pub lambda: f32,
     /// The solution.
@@ -68,7 +68,7 @@ impl Level {
         let vector = || vec![0.0; 3 * padded.len()];
         Self {
             held: Held::new(&padded, &free),
-            inverse: vec![0.0; 6 * padded.len()],
+            inverse: [vector(), vector()],
             lambda: 2.0,
             x: vector(),
             r: vector(),
@@ -97,22 +97,24 @@ impl Level {
     }
 
     fn invert_diagonal(&mut self) {
-        let (len, size) = (self.padded.len(), self.padded.plane());
-        match &self.operator {
-            Operator::Bars(bars) => bars.diagonal(&self.padded, &mut self.inverse),
-            Operator::Blocks(blocks) => {
-                for (block, entry) in self.inverse.chunks_exact_mut(len).zip([0, 4, 8, 1, 2, 5]) {
-                    for (plane, piece) in block[self.padded.body()].chunks_exact_mut(size).enumerate() {
-                        piece.copy_from_slice(blocks.entry(plane, 0, entry));
+        let (padded, operator, free, size) = (&self.padded, &self.operator, &self.free, self.piece());
+        let [straight, mixed] = &mut self.inverse;
+        pieces(padded, straight, size).zip(pieces(padded, mixed, size)).enumerate().for_each(
+            |(i, (mut straight, mut mixed))| {
+                let start = padded.base() + i * size;
+                match operator {
+                    Operator::Bars(bars) => bars.diagonal(padded, start, &mut straight, &mut mixed),
+                    Operator::Blocks(blocks) => blocks.diagonal(i, &mut straight, &mut mixed),
+                }
+                for p in 0..straight[0].len() {
+                    let block = [&straight[0], &straight[1], &straight[2], &mixed[0], &mixed[1], &mixed[2]];
+                    let inverse = inverse_of_free(block.map(|block| f64::from(block[p])), free[start + p]);
+                    for a in 0..3 {
+                        (straight[a][p], mixed[a][p]) = (inverse[a] as f32, inverse[3 + a] as f32);
                     }
                 }
-            }
-        }
-        for p in self.padded.body() {
-            let block = std::array::from_fn(|entry| f64::from(self.inverse[entry * len + p]));
-            let inverse = inverse_of_free(block, self.free[p]);
-            (0..6).for_each(|entry| self.inverse[entry * len + p] = inverse[entry] as f32);
-        }
+            },
+        );
     }
 
     /// The largest eigenvalue of D^-1 A by the power method, enlarged.
@@ -146,7 +148,7 @@ impl Level {
             let start = padded.base() + i * size;
             let r = r.map(|r| &r[start..start + z[0].len()]);
             z.iter_mut().for_each(|z| z.fill(0.0));
-            combine(padded, inverse, start, 0.0, weight, r, None, &mut z);
+            combine(inverse, start, 0.0, weight, r, None, &mut z);
             x.iter_mut().zip(&z).for_each(|(x, z)| x.copy_from_slice(z));
         });
     }
@@ -166,7 +168,7 @@ impl Level {
             held.clear(start, &mut r);
             if keep != 0.0 || weight != 0.0 {
                 let old = components(old).map(|old| &old[start..start + z[0].len()]);
-                combine(padded, inverse, start, keep, weight, [&*r[0], &*r[1], &*r[2]], Some(old), &mut z);
+                combine(inverse, start, keep, weight, [&*r[0], &*r[1], &*r[2]], Some(old), &mut z);
             }
         });
     }
@@ -189,7 +191,7 @@ impl Level {
             Operator::Bars(bars) => 4 * (bars.positions.len() + bars.coefficients.len()),
             Operator::Blocks(blocks) => blocks.bytes(),
         };
-        operator + 4 * (self.inverse.len() + 4 * self.x.len()) + self.free.len() + self.held.bytes()
+        operator + 4 * 6 * self.x.len() + self.free.len() + self.held.bytes()
     }
 }
 
@@ -204,8 +206,7 @@ fn product(operator: &Operator, padded: &Padded, v: &[f32], start: usize, piece:
 /// z = keep old + weight D^-1 r on a piece.
 #[allow(clippy::too_many_arguments)]
 fn combine(
-    padded: &Padded,
-    inverse: &[f32],
+    inverse: &[Vec<f32>; 2],
     start: usize,
     keep: f32,
     weight: f32,
@@ -216,8 +217,8 @@ fn combine(
     pulp::Arch::new().dispatch(
         #[inline(always)]
         || {
-            let (len, count) = (padded.len(), z[0].len());
-            let d: [&[f32]; 6] = std::array::from_fn(|e| &inverse[e * len + start..][..count]);
+            let count = z[0].len();
+            let d: [&[f32]; 6] = std::array::from_fn(|e| &components(&inverse[e / 3])[e % 3][start..start + count]);
             let r = r.map(|r| &r[..count]);
             for (out, [a, b, c]) in z.iter_mut().zip([[0, 3, 4], [3, 1, 5], [4, 5, 2]]) {
                 let out = &mut out[..count];

@@ -1,0 +1,178 @@
+//! `springfit bench`: speed against error on this machine.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::{Args, Subcommand};
+use serde_json::{Value, json};
+use springfit::clock::Progress;
+use springfit::error::{Error, Result as Plain};
+use springfit::export::write;
+use springfit::report::bench::chart::{self, Labels, Series};
+use springfit::report::bench::cube::{Cube, SIZES};
+use springfit::report::bench::machine::Machine;
+use springfit::report::bench::methods::{self, METHODS, Method};
+use springfit::report::bench::solve::Rounds;
+use springfit::report::bench::{calibrate, matrix_market, solve, tables};
+use springfit::scene;
+
+use super::progress::{Watcher, stop_on_interrupt};
+use super::run::set_threads;
+use super::{Result, SceneArguments, terminal};
+
+/// What is measured.
+#[derive(Debug, Subcommand)]
+pub enum Bench {
+    /// K u = f on cubes, by every method and stage by stage
+    Solve(SolveArguments),
+    /// Error against time of every way to calibrate a scene
+    Calibrate(CalibrateArguments),
+}
+
+#[derive(Debug, Args)]
+pub struct SolveArguments {
+    /// Control points along an edge of each cube
+    #[arg(long, value_delimiter = ',', default_value = "9,13,17,25", value_name = "N,...")]
+    sizes: Vec<usize>,
+    /// Methods; all when absent
+    #[arg(long, value_delimiter = ',', value_name = "NAME,...")]
+    methods: Vec<String>,
+    /// Measured rounds after one warm-up
+    #[arg(long, default_value_t = 5, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    repeat: u32,
+    /// Also write the systems as Matrix Market files into this folder
+    #[arg(long, value_name = "DIR")]
+    write: Option<PathBuf>,
+    #[command(flatten)]
+    output: OutputArguments,
+}
+
+#[derive(Debug, Args)]
+pub struct CalibrateArguments {
+    #[command(flatten)]
+    input: SceneArguments,
+    #[command(flatten)]
+    output: OutputArguments,
+}
+
+#[derive(Debug, Args)]
+struct OutputArguments {
+    /// Threads; all of the machine when absent
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Print JSON instead of the table
+    #[arg(long)]
+    json: bool,
+    /// Folder for the JSON and an SVG of error against time
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Measures, prints and writes.
+///
+/// # Errors
+/// A wrong call or scene, a folder that cannot be written to, or an interruption.
+pub fn run(what: &Bench) -> Result<()> {
+    match what {
+        Bench::Solve(arguments) => Ok(run_solve(arguments)?),
+        Bench::Calibrate(arguments) => run_calibrate(arguments),
+    }
+}
+
+fn run_solve(arguments: &SolveArguments) -> Plain<()> {
+    check_sizes(&arguments.sizes)?;
+    let methods: Vec<&Method> = match arguments.methods.is_empty() {
+        true => METHODS.iter().collect(),
+        false => arguments.methods.iter().map(|name| methods::find(name)).collect::<Plain<_>>()?,
+    };
+    let (progress, watcher) = watched(arguments.output.threads)?;
+    progress.enter("dense product", 0);
+    let machine = Machine::measure();
+    let mut rows = Vec::new();
+    for &size in &arguments.sizes {
+        progress.enter(&format!("{size}^3 springs"), 0);
+        let cube = Cube::new(size)?;
+        if let Some(folder) = &arguments.write {
+            matrix_market::save(&cube, folder)?;
+        }
+        let rounds = Rounds { repeat: arguments.repeat as usize, progress: &progress };
+        for method in &methods {
+            rows.extend(solve::measure(method, &cube, rounds, &machine)?);
+        }
+    }
+    drop(watcher);
+    let points = |row: &solve::Row| (row.evaluation.median, row.residual, format!("{}^3", row.size));
+    let of = |method: &&Method| rows.iter().filter(|row| row.method == method.name).map(points).collect();
+    let series: Vec<_> = methods.iter().map(|method| Series { name: method.name.into(), points: of(method) }).collect();
+    let labels = Labels { title: "one new phi: factor and solve", time: "seconds", error: "|f - K u| / |f|" };
+    let figures = Figures {
+        name: "bench-solve",
+        document: json!({ "schema": "springfit-bench-solve/1", "version": env!("CARGO_PKG_VERSION"), "machine": machine,
+            "repeat": arguments.repeat, "rows": rows }),
+        chart: chart::svg(&labels, &series),
+        table: format!("{}\n\n{}", tables::machine(&machine), tables::solve(&rows)),
+    };
+    figures.put_out(&arguments.output)
+}
+
+fn check_sizes(sizes: &[usize]) -> Plain<()> {
+    match sizes.iter().find(|size| !SIZES.contains(size)) {
+        None => Ok(()),
+        Some(size) => {
+            let help = format!("from {} to {} control points along an edge", SIZES.start(), SIZES.end());
+            Err(Error::input("--sizes", format!("{size} is out of range"), help))
+        }
+    }
+}
+
+fn run_calibrate(arguments: &CalibrateArguments) -> Result<()> {
+    let input = scene::read(&arguments.input.scene, &arguments.input.set)?;
+    terminal::warn(&input.warnings);
+    let (progress, watcher) = watched(arguments.output.threads)?;
+    let machine = Machine::measure();
+    let rows = calibrate::run(&input.scene, &progress).map_err(|error| input.source.locate(error))?;
+    drop(watcher);
+    let points = |row: &calibrate::Row| row.trace.iter().map(|point| (point.0, point.2, String::new())).collect();
+    let series: Vec<_> = rows.iter().map(|row| Series { name: row.variant.into(), points: points(row) }).collect();
+    let title = format!("{}: {} groups", input.scene.name, rows.first().map_or(0, |row| row.groups));
+    let labels = Labels { title: &title, time: "seconds", error: "e_rms, percent" };
+    let figures = Figures {
+        name: "bench-calibrate",
+        document: json!({ "schema": "springfit-bench-calibrate/1", "version": env!("CARGO_PKG_VERSION"),
+            "machine": machine, "scene": input.scene, "rows": rows }),
+        chart: chart::svg(&labels, &series),
+        table: format!("{}\n\n{}", tables::machine(&machine), tables::calibrate(&rows)),
+    };
+    Ok(figures.put_out(&arguments.output)?)
+}
+
+/// Threads, progress and its bar.
+fn watched(threads: Option<u16>) -> Plain<(Arc<Progress>, Watcher)> {
+    set_threads(threads)?;
+    let progress = Arc::new(Progress::default());
+    stop_on_interrupt(&progress);
+    let watcher = Watcher::start(Arc::clone(&progress), std::io::stderr().is_terminal());
+    Ok((progress, watcher))
+}
+
+/// What was measured, in its three forms.
+struct Figures {
+    name: &'static str,
+    document: Value,
+    chart: String,
+    table: String,
+}
+
+impl Figures {
+    fn put_out(&self, to: &OutputArguments) -> Plain<()> {
+        let document = format!("{:#}\n", self.document);
+        if let Some(folder) = &to.out {
+            let path = |ending: &str| Path::new(folder).join(format!("{}.{ending}", self.name));
+            write::whole(&path("json"), document.as_bytes())?;
+            write::whole(&path("svg"), self.chart.as_bytes())?;
+        }
+        let text = if to.json { &document } else { &self.table };
+        terminal::print(text.trim_end()).map_err(|located| located.error)
+    }
+}

@@ -1,0 +1,89 @@
+//! The figures of `bench` as tables for a person.
+
+use std::fmt::Write;
+
+use super::calibrate;
+use super::machine::Machine;
+use super::solve::Row;
+
+/// One line about the machine.
+pub fn machine(machine: &Machine) -> String {
+    let Machine { processor, cores, threads, load, dense_gflops } = machine;
+    format!(
+        "{}, {cores} cores, {threads} threads, load {}, dense product {dense_gflops:.1} Gflop/s on one thread",
+        processor.as_deref().unwrap_or("unknown processor"),
+        load.map_or("unknown".into(), |load| format!("{load:.1}"))
+    )
+}
+
+/// Rows of `bench solve`: median seconds of the stages, their sum (median, minimum, processor time), error, memory, rate.
+pub fn solve(rows: &[Row]) -> String {
+    let mut text = format!(
+        "{:>5} {:>9} {:<10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>5} {:>8} {:>8} {:>9} {:>9} {:>8} {:>6}\n",
+        "n",
+        "dofs",
+        "method",
+        "analyse",
+        "update",
+        "refactor",
+        "solve",
+        "together",
+        "(least)",
+        "processor",
+        "iter",
+        "residual",
+        "backward",
+        "factor MB",
+        "peak MB",
+        "Gflop/s",
+        "share"
+    );
+    for row in rows {
+        let _ = writeln!(
+            text,
+            "{:>5} {:>9} {:<10} {:>9.3e} {:>9.3e} {:>9.3e} {:>9.3e} {:>9.3e} {:>9.3e} {:>9} {:>5} {:>8.1e} {:>8} {:>9.1} {:>9} {:>8.2} {:>4.0} %",
+            row.size,
+            row.unknowns,
+            row.method,
+            row.analyse.median,
+            row.update.median,
+            row.refactor.median,
+            row.solve.median,
+            row.evaluation.median,
+            row.evaluation.least,
+            row.evaluation.processor.map_or("-".into(), |seconds| format!("{seconds:.3e}")),
+            row.iterations.map_or("-".into(), |count| count.to_string()),
+            row.residual,
+            row.backward_error.map_or("-".into(), |error| format!("{error:.1e}")),
+            row.factor_bytes as f64 / 1e6,
+            row.peak_bytes.map_or("-".into(), |bytes| format!("{:.1}", bytes as f64 / 1e6)),
+            row.gflops,
+            100.0 * row.share
+        );
+    }
+    text
+}
+
+/// Rows of `bench calibrate`.
+pub fn calibrate(rows: &[calibrate::Row]) -> String {
+    let mut text = format!(
+        "{:<24} {:>6} {:>10} {:>10} {:>14} {:>12} {:>16} {:>8}  stop\n",
+        "variant", "groups", "e_rms %", "seconds", "to within 1 %", "evaluations", "refactorisations", "solves"
+    );
+    for row in rows {
+        let _ = writeln!(
+            text,
+            "{:<24} {:>6} {:>10.5} {:>10.3} {:>14} {:>12} {:>16} {:>8}  {}",
+            row.variant,
+            row.groups,
+            row.e_rms,
+            row.seconds,
+            row.seconds_to_best.map_or("-".into(), |seconds| format!("{seconds:.3}")),
+            row.evaluations,
+            row.refactorisations,
+            row.solves,
+            row.stop
+        );
+    }
+    text
+}
