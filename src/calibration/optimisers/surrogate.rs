@@ -13,6 +13,10 @@
 //! where it was not. A full basis starts anew from the best state. With many groups the bound costs more than it
 //! saves (one half solve for every group and column); then the region alone is the gate.
 //!
+//! Measured with one chain on the circle with 16 groups and the torus with 4 and 15 (medians of 15 seeds): the walk alone
+//! ends 2.5, 0.002 and 0.4 to 1.5 % above the best known, with step 2 at 0, 0 and 0 to 0.4 %. Step 2 alone does as well there:
+//! the walk is for landscapes with more minima, and makes chains differ.
+//!
 //! Every chain is such a search of its own: it begins where a chain of annealing begins and draws from its stream. All
 //! chains go on until they slow down, the best of them to the end. They do not know of each other, so the numbers do not
 //! depend on threads. Errors in the outcome are exact ones only.
