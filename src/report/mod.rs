@@ -5,7 +5,7 @@
 //! | [`result`] | result.json |
 //! | [`summary`] | what a person reads after a run or a check |
 //! | [`reproduce`] | tables of the thesis, theirs beside ours |
-//! | [`bench`] | speed against error on this machine |
+//! | [`mod@bench`] | speed against error on this machine |
 
 pub mod bench;
 pub mod reproduce;

@@ -5,7 +5,7 @@
 //! the permuted lower triangle, of L, and all workspace, so that nothing is allocated after its making. Whoever
 //! assembles writes straight into [`Factor::values_mut`]; no copy stands between assembly and factorisation.
 //!
-//! The factorisation ([`super::multifrontal`]) runs sequentially: its bits would depend on its parallel degree, and
+//! The factorisation (`multifrontal`) runs sequentially: its bits would depend on its parallel degree, and
 //! workers side by side (chains, starts, gammas, load cases) use the cores better. Only this file and [`super::single`], the
 //! same in f32, name it.
 //!

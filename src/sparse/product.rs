@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The unknowns of one node (the components of its displacement) stand side by side in an elimination order by nodes and
-//! couple to the same others. Their columns are taken together: each row index is read once for up to [`WIDEST`]
+//! couple to the same others. Their columns are taken together: each row index is read once for up to `WIDEST`
 //! columns, and the vectors are touched once. All vectors are in elimination order. The order of every sum is fixed.
 
 use std::sync::Arc;

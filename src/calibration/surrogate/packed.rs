@@ -31,7 +31,7 @@ fn add_four(factors: [f64; 4], x: [&[f64]; 4], out: &mut [f64]) {
     }
 }
 
-/// out = sum over k of factors[k] * x[k], where the vectors x[k] stand one after the other.
+/// out = sum over k of `factors[k] x[k]`, where the vectors x stand one after the other.
 pub fn combine(factors: &[f64], x: &[f64], out: &mut [f64]) {
     let n = out.len();
     out.fill(0.0);

@@ -1,6 +1,6 @@
 //! K u = f on a fine mesh: conjugate gradients, nothing stored but the map of the body.
 //!
-//! The product is [`super::operator`], the preconditioner [`super::separable`], the iteration
+//! The product is `operator`, the preconditioner `separable`, the iteration
 //! [`crate::sparse::cg`]. Time grows like n^4 for n^3 control points (the dense contractions of the preconditioner; the
 //! product, which grows like n^3, takes most of it up to n = 100), memory like n^3.
 //!

@@ -82,7 +82,7 @@ pub struct Rounds<'a> {
 /// Measures one method on one cube; `None` where the method does not fit the cube.
 ///
 /// # Errors
-/// Those of the method, and [`Error::Interrupted`].
+/// Those of the method, and [`crate::error::Error::Interrupted`].
 pub fn measure(method: &Method, cube: &Cube, rounds: Rounds, machine: &Machine) -> Result<Option<Row>> {
     rounds.progress.enter(&format!("{}^3 {}", cube.size, method.name), rounds.repeat as u64 + 1);
     let mut row = (method.measure)(cube, rounds)?;
