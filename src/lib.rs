@@ -7,7 +7,7 @@
 //! | 6 | [`report`]: a study as a document, as tables, beside the tables of the sources |
 //! | 5 | [`study`]: from a scene to a calibrated network, the method step by step |
 //! | 4 | [`scene`]: the text of a user as checked settings; [`export`]: springs and fields as files |
-//! | 3 | [`calibration`]: objectives, optimisers, the gamma sweep |
+//! | 3 | [`calibration`]: objectives, optimisers, the gamma sweep; [`dynamics`]: bodies and networks in motion |
 //! | 2 | [`mod@reference`]: the elastic body, solved; [`springs`]: networks, groups, the stiffness matrix K(phi) |
 //! | 1 | [`geometry`]: knots, patches, shapes, degrees of freedom |
 //! | 0 | [`sparse`]: patterns, assembly, orders, Cholesky; [`dense`], [`rng`], [`clock`], [`memory`], [`error`] |
@@ -16,6 +16,7 @@
 pub mod calibration;
 pub mod clock;
 pub mod dense;
+pub mod dynamics;
 pub mod error;
 pub mod export;
 pub mod geometry;

@@ -15,6 +15,7 @@ const FLOORS: &[(&str, u32)] = &[
     ("reference", 2),
     ("springs", 2),
     ("calibration", 3),
+    ("dynamics", 3),
     ("scene", 4),
     ("export", 4),
     ("study", 5),

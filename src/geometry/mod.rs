@@ -7,6 +7,7 @@ pub mod gauss;
 pub mod grid;
 pub mod knots;
 pub mod measure;
+pub mod mesh;
 pub mod patch;
 pub mod refine;
 pub mod selection;
