@@ -5,13 +5,14 @@
 //! 3. the continuum reference: K_ref u_ref = f;
 //! 4. the springs on the same nodes, and one analysis of their pattern ([`network`]);
 //! 5. groups and bounds for every gamma, the fit of each (Algorithm 5.1), and the errors under fitted and held-out loads
-//!    ([`fit`]);
+//!    ([`fit`], and [`linear_fit`] for the objectives other than the displacement);
 //! 6. masses and damping if the scene asks for dynamics.
 //!
 //! This is the only room that knows all rooms below.
 
 pub mod body;
 pub mod fit;
+pub mod linear_fit;
 pub mod loads;
 pub mod network;
 pub mod plan;
@@ -136,6 +137,7 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
     let mut warnings = body.warnings.clone();
     warnings.extend(lattice.warnings.iter().cloned());
     warnings.extend(calibration.warning());
+    warnings.extend(linear_fit::warning(&scene, &body));
     Ok(Study { scene, body, loads, reference, lattice, calibration, dynamics, warnings, seconds })
 }
 

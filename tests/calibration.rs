@@ -68,6 +68,7 @@ fn recover(membrane: &Membrane, truth: [f64; 2], optimiser: &str, settings: &Set
     let problem = Problem {
         make: &make,
         displacement: Some(&worker),
+        linear: None,
         upper: &upper,
         seed: 1,
         index: 0,

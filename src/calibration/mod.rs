@@ -3,14 +3,16 @@
 //! | file | idea |
 //! |---|---|
 //! | [`objective`] | what is minimised, as an optimiser sees it: error, residual, Jacobian, bounds |
-//! | [`objectives`] | the distances between network and continuum |
+//! | [`objectives`] | the distances between network and continuum, and their table |
+//! | [`linear`] | those that are linear in phi, reduced to a triangle |
 //! | [`optimiser`] | what every optimiser is given and gives back; their table |
-//! | [`optimisers`] | annealing, Gauss-Newton, hybrid |
+//! | [`optimisers`] | annealing, Gauss-Newton, hybrid, bounded least squares |
 //! | [`errors`] | how far the calibrated network is from the continuum |
 //! | [`surrogate`] | a reduced basis of displacements with an error bound |
 //! | [`sweep`] | Algorithm 5.1: groupings over gamma, equal ones solved once |
 
 pub mod errors;
+pub mod linear;
 pub mod objective;
 pub mod objectives;
 pub mod optimiser;

@@ -9,6 +9,7 @@ use std::ops::AddAssign;
 
 use rayon::prelude::*;
 
+use crate::calibration::linear::Reduced;
 use crate::calibration::objectives::displacement::Displacement;
 use crate::clock::Progress;
 use crate::error::Result;
@@ -96,6 +97,8 @@ pub struct Problem<'a> {
     /// Makes the same worker with its displacements in sight, when the objective is one of displacements: surrogates are
     /// built from them.
     pub displacement: Option<&'a (dyn Fn() -> Displacement<'a> + Sync)>,
+    /// The whole problem, when the objective is linear in phi: it can be solved in one step.
+    pub linear: Option<&'a Reduced>,
     /// Upper bounds of phi, length m; the lower ones are 0.
     pub upper: &'a [f64],
     /// Seed of the run and index of the problem in its sweep: with the chain they make the random stream.

@@ -1,7 +1,7 @@
 //! What every optimiser is given and gives back, and the table of optimisers.
 
 use crate::calibration::objective::{Counts, Problem};
-use crate::calibration::optimisers::{annealing, gauss_newton, hybrid, surrogate};
+use crate::calibration::optimisers::{annealing, gauss_newton, hybrid, least_squares, surrogate};
 use crate::error::Result;
 
 /// Settings of all optimisers; each reads what concerns it.
@@ -65,6 +65,10 @@ pub enum Stop {
     RefactorisationLimit,
     /// The evaluations were spent.
     EvaluationLimit,
+    /// The problem was linear and solved in one step.
+    Solved,
+    /// Nothing was searched: a formula gave the stiffness.
+    Formula,
 }
 
 impl Stop {
@@ -75,6 +79,8 @@ impl Stop {
             Self::NoDescent => "no_descent",
             Self::RefactorisationLimit => "refactorisation_limit",
             Self::EvaluationLimit => "evaluation_limit",
+            Self::Solved => "solved",
+            Self::Formula => "formula",
         }
     }
 }
@@ -106,6 +112,11 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Stiffnesses that nobody searched for; the error is not a number.
+    pub fn known(phi: Vec<f64>) -> Self {
+        Self { phi, error: f64::NAN, stop: Stop::Formula, counts: Counts::default(), trace: vec![] }
+    }
+
     /// This outcome continued by another one that began where it ended.
     pub fn followed_by(self, next: Self) -> Self {
         let (seconds, refactorisations) = self.trace.last().map_or((0.0, 0), |p| (p.seconds, p.refactorisations));
@@ -137,6 +148,17 @@ pub fn best(outcomes: Vec<Outcome>) -> Outcome {
     best
 }
 
+/// Which objectives an optimiser can make small.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Serves {
+    /// All that are searched.
+    All,
+    /// Those that are linear in the stiffness.
+    Linear,
+    /// The one of displacements.
+    Displacement,
+}
+
 /// An optimiser as a scene names it.
 pub struct Optimiser {
     /// Name in the scene.
@@ -145,6 +167,8 @@ pub struct Optimiser {
     pub doc: &'static str,
     /// Runs all starts or chains of one problem.
     pub run: fn(&Problem, &Settings) -> Result<Outcome>,
+    /// Which objectives it can make small.
+    pub serves: Serves,
     /// True when it forms the Jacobian (one column a group).
     pub uses_jacobian: bool,
     /// Evaluations that a problem of so many groups takes at most: the length of the progress bar.
@@ -157,6 +181,7 @@ pub const OPTIMISERS: &[Optimiser] = &[
         name: "gauss_newton",
         doc: "damped Gauss-Newton with the exact Jacobian and bounds, from several starts",
         run: gauss_newton::run,
+        serves: Serves::All,
         uses_jacobian: true,
         expected_evaluations: |settings, groups| {
             settings.starts_for(groups) as u64 * settings.refactorisations + settings.polish
@@ -166,6 +191,7 @@ pub const OPTIMISERS: &[Optimiser] = &[
         name: "annealing",
         doc: "simulated annealing (Algorithm 3.1), independent chains",
         run: annealing::run,
+        serves: Serves::All,
         uses_jacobian: false,
         expected_evaluations: |settings, _| settings.evaluations,
     },
@@ -173,6 +199,7 @@ pub const OPTIMISERS: &[Optimiser] = &[
         name: "hybrid",
         doc: "annealing, then Gauss-Newton from the best state of each chain",
         run: hybrid::run,
+        serves: Serves::All,
         uses_jacobian: true,
         expected_evaluations: |settings, _| {
             settings.evaluations + settings.chains as u64 * settings.refactorisations + settings.polish
@@ -182,8 +209,17 @@ pub const OPTIMISERS: &[Optimiser] = &[
         name: "surrogate",
         doc: "annealing on a reduced basis with an error bound; what it finds is confirmed exactly",
         run: surrogate::run,
+        serves: Serves::Displacement,
         uses_jacobian: true,
         expected_evaluations: |settings, _| settings.evaluations,
+    },
+    Optimiser {
+        name: "least_squares",
+        doc: "bounded least squares in one step, for the linear objectives acceleration and matrix",
+        run: least_squares::run,
+        serves: Serves::Linear,
+        uses_jacobian: false,
+        expected_evaluations: |_, _| 1,
     },
 ];
 

@@ -4,8 +4,10 @@
 //! problem: it is solved once, and both rows of the table show it. The distinct problems are independent and run in
 //! parallel, each with its own random streams.
 
+use crate::calibration::linear::Reduced;
 use crate::calibration::objective::{Objective, Problem, each};
 use crate::calibration::objectives::displacement::{Displacement, Target};
+use crate::calibration::objectives::linear::Linear;
 use crate::calibration::optimiser::{Optimiser, Outcome, Settings};
 use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
@@ -40,12 +42,24 @@ pub fn first_equal(groupings: &[Grouping]) -> Vec<usize> {
     (0..groupings.len()).map(|i| (0..i).find(|&j| groupings[j] == groupings[i]).unwrap_or(i)).collect()
 }
 
+/// What a problem makes small.
+pub enum Search {
+    /// The displacement error (5.7).
+    Displacement,
+    /// A distance that is linear in phi.
+    Linear(Reduced),
+    /// Nothing: phi is known.
+    Known(Vec<f64>),
+}
+
 /// One distinct problem of a sweep.
 pub struct SweepProblem<'a> {
     /// The springs with the groups of this problem.
     pub operator: SpringOperator<'a>,
     /// Upper bounds of the groups.
     pub upper: Vec<f64>,
+    /// What is made small.
+    pub search: Search,
     /// Index of the first gamma that gives it; names its random streams.
     pub index: usize,
 }
@@ -69,8 +83,9 @@ pub struct Solved {
     pub outcome: Outcome,
     /// Displacements of the fitted cases there (cases x n), m, from a fresh solve with [`exact`] settings.
     pub displacement: Vec<f64>,
-    /// |e - e'| / e' of the optimiser's error e and the error e' of these displacements.
-    pub error_difference: f64,
+    /// |e - e'| / e' of the optimiser's error e and the error e' of these displacements; none where the optimiser made
+    /// another error small.
+    pub error_difference: Option<f64>,
     /// Seconds of the fit.
     pub seconds: f64,
 }
@@ -108,20 +123,25 @@ pub fn solve(
             weights: shared.weights,
         };
         let worker = || Displacement::with_solver(target, shared.solver);
-        let make = || -> Box<dyn Objective + '_> { Box::new(worker()) };
-        let given = Problem {
-            make: &make,
-            displacement: Some(&worker),
-            upper: &problem.upper,
-            seed,
-            index: problem.index,
-            side_by_side,
-            progress,
+        let given = |make, displacement, linear| -> Result<Outcome> {
+            let (upper, index) = (&problem.upper[..], problem.index);
+            (optimiser.run)(
+                &Problem { make, displacement, linear, upper, seed, index, side_by_side, progress },
+                settings,
+            )
         };
-        let outcome = (optimiser.run)(&given, settings)?;
+        let outcome = match &problem.search {
+            Search::Displacement => given(&|| Box::new(worker()), Some(&worker), None),
+            Search::Linear(reduced) => given(&|| Box::new(Linear::new(reduced, &problem.upper)), None, Some(reduced)),
+            Search::Known(phi) => Ok(Outcome::known(phi.clone())),
+        }?;
         let mut exact = Displacement::with_solver(target, &exact(&problem.operator, shared.solver));
         let error = exact.error(&outcome.phi)?;
-        let error_difference = if error > 0.0 { (outcome.error - error).abs() / error } else { outcome.error };
+        let error_difference = match problem.search {
+            Search::Displacement if error > 0.0 => Some((outcome.error - error).abs() / error),
+            Search::Displacement => Some(outcome.error),
+            _ => None,
+        };
         let displacement = exact.displacement().to_vec();
         Ok(Solved { outcome, displacement, error_difference, seconds: watch.seconds() })
     };

@@ -49,10 +49,15 @@ struct Reference {
 #[derive(Debug, Serialize)]
 struct Calibration<'a> {
     objective: &'a str,
+    /// The optimiser, or the formula.
     optimiser: &'a str,
     gamma: Option<f64>,
     e_rms: f64,
     e_max: f64,
+    /// What the optimiser made small, percent: e_rms again for the objective displacement; none for a formula.
+    objective_error: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    outside_pattern: Option<f64>,
     global_strain: GlobalStrain,
     stop: &'static str,
     groups: Vec<Group<'a>>,
@@ -93,6 +98,7 @@ struct Row<'a> {
     groups: usize,
     e_rms: f64,
     e_max: f64,
+    objective_error: Option<f64>,
     evaluations: u64,
     refactorisations: u64,
     solves: u64,
@@ -123,8 +129,9 @@ struct Solver<'a> {
     stale_solves: u64,
     cg_iterations: u64,
     fallbacks: u64,
-    /// Relative difference of the optimiser's error and the error that the direct solve confirms.
-    e_rms_difference: f64,
+    /// Relative difference of the optimiser's error and the error that the direct solve confirms; none where the optimiser
+    /// made another error small.
+    e_rms_difference: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -187,6 +194,7 @@ fn reference(study: &Study) -> Reference {
 fn calibration(study: &Study) -> Calibration<'_> {
     let found = &study.calibration;
     let best = &found.sweep[found.best];
+    let given = &study.scene.calibration;
     let groups = found.grouping.groups.iter().zip(&found.phi).zip(&found.upper).map(|((group, phi), upper)| Group {
         name: &group.name,
         springs: group.springs,
@@ -200,11 +208,13 @@ fn calibration(study: &Study) -> Calibration<'_> {
         pairs.map(|(case, Errors { e_rms, e_max })| Case { load: &case.name, e_rms: *e_rms, e_max: *e_max }).collect()
     };
     Calibration {
-        objective: &study.scene.calibration.objective,
-        optimiser: &study.scene.calibration.optimiser,
+        objective: &given.objective,
+        optimiser: given.optimiser().or(given.formula.as_deref()).unwrap_or_default(),
         gamma: best.gamma,
         e_rms: found.fitted.e_rms,
         e_max: found.fitted.e_max,
+        objective_error: objective_error(best),
+        outside_pattern: found.outside_pattern,
         global_strain: GlobalStrain { reference: found.global_strain[0], springs: found.global_strain[1] },
         stop: best.outcome.stop.name(),
         groups: groups.collect(),
@@ -221,6 +231,11 @@ fn calibration(study: &Study) -> Calibration<'_> {
         solver: solver(study, best),
         trace: best.outcome.trace.iter().map(|p| (p.seconds, p.refactorisations, p.error)).collect(),
     }
+}
+
+/// The error that the optimiser made small; none where there was none.
+fn objective_error(row: &fit::Row) -> Option<f64> {
+    Some(row.outcome.error).filter(|error| error.is_finite())
 }
 
 fn solver<'a>(study: &'a Study, row: &fit::Row) -> Solver<'a> {
@@ -247,6 +262,7 @@ fn rows(study: &Study) -> Vec<Row<'_>> {
             groups: row.groups,
             e_rms: row.errors.e_rms,
             e_max: row.errors.e_max,
+            objective_error: objective_error(row),
             evaluations: row.outcome.counts.evaluations,
             refactorisations: row.outcome.counts.refactorisations,
             solves: row.outcome.counts.solves,

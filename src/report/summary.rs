@@ -71,6 +71,9 @@ pub fn run(study: &Study) -> String {
         let role = if case.fit { "fitted" } else { "held out" };
         line(format!("{role} {}: e_rms {e_rms:.4} %, e_max {e_max:.4} %", case.name));
     }
+    if let Some(words) = objective(study) {
+        line(words);
+    }
     line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
     let total: f64 = study.seconds.iter().map(|(_, seconds)| seconds).sum();
     let counts = &found.counts;
@@ -86,6 +89,20 @@ pub fn run(study: &Study) -> String {
         counts.refactorisations, counts.solves, counts.cg_iterations
     ));
     text
+}
+
+/// The error that was made small, where it is not that of the displacements.
+fn objective(study: &Study) -> Option<String> {
+    let found = &study.calibration;
+    let error = found.sweep[found.best].outcome.error;
+    match study.scene.calibration.objective.as_str() {
+        "matrix" => Some(format!(
+            "stiffness matrices: {error:.4} % apart where there are springs; {:.4} % of the continuum's is elsewhere",
+            found.outside_pattern.unwrap_or_default()
+        )),
+        "acceleration" => Some(format!("accelerations: {error:.4} % apart")),
+        _ => None,
+    }
 }
 
 /// The summary of a plan.

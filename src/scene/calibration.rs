@@ -11,11 +11,13 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::calibration::objectives;
 use crate::calibration::optimiser::Settings;
 use crate::calibration::sweep;
 use crate::error::{Error, Result};
 
 use super::choices::names;
+use super::states::{Acceleration, MatrixDistance};
 
 /// `[calibration]`: objective, optimiser, sweep and seed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -24,9 +26,15 @@ pub struct Calibration {
     /// What is made small (`springfit list objectives`).
     #[schemars(extend("enum" = names("calibration.objective")))]
     pub objective: String,
-    /// How it is made small (`springfit list optimisers`).
+    /// How it is made small (`springfit list optimisers`); default: gauss_newton for displacement, least_squares for the
+    /// linear objectives acceleration and matrix, none for a formula.
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("enum" = names("calibration.optimiser")))]
-    pub optimiser: String,
+    pub optimiser: Option<String>,
+    /// The formula, for the objective formula (`springfit list formulas`).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("enum" = names("calibration.formula")))]
+    pub formula: Option<String>,
     /// Spread of the lengths in a group, above 0 and below 1: one number, or { start, step } for a sweep downwards.
     pub gamma: Gamma,
     /// Seed of every random number; the same seed gives the same result.
@@ -35,6 +43,12 @@ pub struct Calibration {
     /// most 32. The first is a tenth of the bounds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub starts: Option<usize>,
+    /// The objective matrix.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<MatrixDistance>,
+    /// The objective acceleration.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acceleration: Option<Acceleration>,
     /// Simulated annealing, used by the optimisers annealing, hybrid and surrogate.
     pub annealing: Annealing,
     /// Gauss-Newton, used by the optimisers gauss_newton, hybrid and surrogate.
@@ -45,13 +59,24 @@ impl Default for Calibration {
     fn default() -> Self {
         Self {
             objective: "displacement".into(),
-            optimiser: "gauss_newton".into(),
+            optimiser: None,
+            formula: None,
             gamma: Gamma::Sweep(GammaSweep::default()),
             seed: 1,
             starts: None,
+            matrix: None,
+            acceleration: None,
             annealing: Annealing::default(),
             gauss_newton: GaussNewton::default(),
         }
+    }
+}
+
+impl Calibration {
+    /// The optimiser: the given one, else that of the objective; none where nothing is optimised.
+    pub fn optimiser(&self) -> Option<&str> {
+        let usual = || objectives::find(&self.objective).and_then(|goal| goal.optimiser);
+        self.optimiser.as_deref().or_else(usual)
     }
 }
 

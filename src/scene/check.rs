@@ -3,15 +3,15 @@
 //! Every failure is an [`Error::Input`] at its key. What depends on the built body comes later, in [`check_body`] and
 //! in the rooms below. Upper limits are there so that a slip of the keyboard costs a message, not the memory.
 
+mod calibration;
+
 use crate::error::{Error, Result};
 use crate::geometry::knots::MAX_DEGREE;
 use crate::springs::grouping;
 
 use super::choices::{FACES, known, names};
 use super::load::LOAD_KINDS;
-use super::{
-    Annealing, BoxRegion, Calibration, Dynamics, Gamma, GammaSweep, GaussNewton, Geometry, Load, Plane, Scene, Solver,
-};
+use super::{BoxRegion, Dynamics, Gamma, GammaSweep, Geometry, Load, Plane, Scene, Solver};
 
 /// Most control points of a grid.
 const MOST_CONTROL_POINTS: usize = 100_000_000;
@@ -36,7 +36,7 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
         positive("reference.thickness", thickness)?;
     }
     within("reference.extra_gauss_points", scene.reference.extra_gauss_points, 0, 32)?;
-    check_calibration(&scene.calibration)?;
+    calibration::check(&scene.calibration)?;
     check_solver(&scene.solver)?;
     if let Some(dynamics) = &scene.dynamics {
         check_dynamics(dynamics, scene.material.density)?;
@@ -198,26 +198,6 @@ fn check_load(load: &Load, key: &str) -> Result<()> {
     Ok(())
 }
 
-fn check_calibration(calibration: &Calibration) -> Result<()> {
-    known("calibration.objective", &calibration.objective, &names("calibration.objective"))?;
-    known("calibration.optimiser", &calibration.optimiser, &names("calibration.optimiser"))?;
-    calibration.gamma.values()?;
-    within("calibration.starts", calibration.starts.unwrap_or(1), 1, 1000)?;
-    let Annealing { chains, evaluations, initial_temperature, final_temperature } = calibration.annealing;
-    within("calibration.annealing.chains", chains, 1, 1024)?;
-    within("calibration.annealing.evaluations", evaluations, chains, 1_000_000_000)?;
-    positive("calibration.annealing.initial_temperature", initial_temperature)?;
-    positive("calibration.annealing.final_temperature", final_temperature)?;
-    if final_temperature >= 1.0 {
-        let message = format!("{final_temperature} is not below 1: the temperature would not fall");
-        return Err(Error::input("calibration.annealing.final_temperature", message, "give a number below 1"));
-    }
-    let GaussNewton { refactorisations, polish, tolerance } = calibration.gauss_newton;
-    within("calibration.gauss_newton.refactorisations", refactorisations, 1, 100_000)?;
-    within("calibration.gauss_newton.polish", polish, 0, 100_000)?;
-    positive("calibration.gauss_newton.tolerance", tolerance)
-}
-
 fn check_solver(solver: &Solver) -> Result<()> {
     let [least, most] = TOLERANCES;
     if (least..=most).contains(&solver.tolerance) {
@@ -263,6 +243,7 @@ fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
             return Err(Error::input(key, "the body has no component z", "a body in 2D has x and y"));
         }
     }
+    calibration::check_dimension(&scene.calibration, dimension)?;
     check_plane(scene, dimension)
 }
 
@@ -289,6 +270,7 @@ fn warnings(scene: &Scene) -> Vec<String> {
     if !uses_gamma && scene.calibration.gamma != Gamma::Sweep(GammaSweep::default()) {
         warnings.push(format!("calibration.gamma has no effect on the grouping \"{}\"", scene.springs.grouping));
     }
+    warnings.extend(calibration::warnings(scene));
     warnings
 }
 

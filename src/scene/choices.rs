@@ -2,9 +2,9 @@
 //!
 //! A table lists only what is built. A choice gets here with the code behind it.
 
-use crate::calibration::optimiser;
+use crate::calibration::{objectives, optimiser};
 use crate::error::{Error, Result};
-use crate::springs::{grouping, topology};
+use crate::springs::{formulas, grouping, topology};
 
 use crate::geometry::shapes;
 
@@ -34,7 +34,8 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "methods", key: "reference.method", choices: || METHODS.to_vec() },
     Kind { name: "topologies", key: "springs.topology", choices: topology_choices },
     Kind { name: "groupings", key: "springs.grouping", choices: grouping_choices },
-    Kind { name: "objectives", key: "calibration.objective", choices: || OBJECTIVES.to_vec() },
+    Kind { name: "objectives", key: "calibration.objective", choices: objective_choices },
+    Kind { name: "formulas", key: "calibration.formula", choices: formula_choices },
     Kind { name: "optimisers", key: "calibration.optimiser", choices: optimiser_choices },
     Kind { name: "integrators", key: "dynamics.integrator", choices: || INTEGRATORS.to_vec() },
 ];
@@ -51,14 +52,19 @@ fn grouping_choices() -> Vec<Choice> {
     grouping::GROUPINGS.iter().map(|rule| Choice { name: rule.name, doc: rule.doc }).collect()
 }
 
+fn objective_choices() -> Vec<Choice> {
+    objectives::OBJECTIVES.iter().map(|goal| Choice { name: goal.name, doc: goal.doc }).collect()
+}
+
+fn formula_choices() -> Vec<Choice> {
+    formulas::FORMULAS.iter().map(|formula| Choice { name: formula.name, doc: formula.doc }).collect()
+}
+
 fn optimiser_choices() -> Vec<Choice> {
     optimiser::OPTIMISERS.iter().map(|optimiser| Choice { name: optimiser.name, doc: optimiser.doc }).collect()
 }
 
 const METHODS: &[Choice] = &[Choice { name: "iga", doc: "isogeometric: the NURBS of the body carry the displacement" }];
-
-const OBJECTIVES: &[Choice] =
-    &[Choice { name: "displacement", doc: "root mean square displacement error in percent of the largest (5.7)" }];
 
 const INTEGRATORS: &[Choice] =
     &[Choice { name: "leapfrog", doc: "the explicit scheme the masses and damping are meant for" }];
@@ -131,8 +137,8 @@ mod tests {
             ("reference.method", super::super::Reference::default().method),
             ("springs.topology", springs.topology),
             ("springs.grouping", springs.grouping),
+            ("calibration.optimiser", calibration.optimiser().expect("displacement has one").to_owned()),
             ("calibration.objective", calibration.objective),
-            ("calibration.optimiser", calibration.optimiser),
             ("dynamics.integrator", super::super::Dynamics::default().integrator),
         ] {
             assert!(names(key).contains(&name.as_str()), "{key} = {name}");

@@ -26,6 +26,7 @@ mod reference;
 mod resolve;
 mod solver;
 mod springs;
+mod states;
 mod template;
 
 use schemars::JsonSchema;
@@ -42,6 +43,7 @@ pub use reference::{Plane, Reference};
 pub use resolve::resolve;
 pub use solver::Solver;
 pub use springs::{Dynamics, Masses, Springs};
+pub use states::{Acceleration, MatrixDistance, Snapshot};
 pub use template::template;
 
 /// Everything a run needs to know; the top level of a scene file.

@@ -3,7 +3,7 @@
 use super::{Axis, Plane, Scene};
 
 /// Fills in what depends on the body, of `dimension` 2 or 3: extents, control points and degree of a shape, the held
-/// components, and in 2D plane and thickness.
+/// components, in 2D plane and thickness, the optimiser, and the settings of the objective.
 ///
 /// A body from a file keeps its own extents, control points and degree; they stay absent.
 pub fn resolve(scene: &Scene, dimension: usize) -> Scene {
@@ -18,6 +18,16 @@ pub fn resolve(scene: &Scene, dimension: usize) -> Scene {
     if dimension == 2 {
         resolved.reference.plane.get_or_insert(Plane::Stress);
         resolved.reference.thickness.get_or_insert(1.0);
+    }
+    let calibration = &mut resolved.calibration;
+    calibration.optimiser = calibration.optimiser().map(str::to_owned);
+    match calibration.objective.as_str() {
+        "matrix" => drop(calibration.matrix.get_or_insert_default()),
+        "acceleration" => {
+            let given = calibration.acceleration.take().unwrap_or_default();
+            calibration.acceleration = Some(given.resolved(dimension));
+        }
+        _ => {}
     }
     resolved
 }

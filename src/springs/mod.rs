@@ -5,11 +5,13 @@
 //! limits phi; [`affine`] turns phi into the stiffness matrix. [`solver`] solves with it for one phi after another, by
 //! factors or by iterations with an old or rough factor, and [`prediction`] says which is cheaper. On fine grids
 //! [`stencil`] multiplies with K(phi) without storing it, and [`multigrid_solver`] solves. [`masses`] and [`damping`] are
-//! for bodies that move.
+//! for bodies that move. [`force`] is the force of one spring, [`formulas`] are stiffnesses from the literature.
 
 pub mod affine;
 pub mod bounds;
 pub mod damping;
+pub mod force;
+pub mod formulas;
 pub mod grouping;
 mod iterative;
 pub mod masses;

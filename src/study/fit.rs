@@ -21,6 +21,7 @@ use crate::springs::solver::{GridSprings, SpringOperator, SpringSolver};
 use crate::springs::{bounds, weighting};
 
 use super::body::Body;
+use super::linear_fit::{self, Goal};
 use super::loads::LoadCase;
 use super::network::{self, Lattice};
 
@@ -47,6 +48,8 @@ pub struct Calibration {
     pub errors: Vec<Errors>,
     /// Errors over the fitted cases, percent.
     pub fitted: Errors,
+    /// The part of K_ref between nodes that no spring joins, percent of |K_ref|_F; only for the matrix objective.
+    pub outside_pattern: Option<f64>,
     /// Global strain (4.17) of the continuum and of the network under the first fitted load, percent.
     pub global_strain: [f64; 2],
     /// Work of the whole sweep.
@@ -77,8 +80,9 @@ pub struct Row {
     pub solved_by: usize,
     /// Errors over the fitted cases, percent.
     pub errors: Errors,
-    /// Relative difference of the optimiser's error and the one that the direct solve confirms.
-    pub error_difference: f64,
+    /// Relative difference of the optimiser's error and the one that the direct solve confirms; none where the
+    /// optimiser made another error small than that of the displacements.
+    pub error_difference: Option<f64>,
     /// Seconds of the fit.
     pub seconds: f64,
     /// What the optimiser found.
@@ -115,11 +119,13 @@ pub struct Given<'a> {
 /// # Errors
 /// [`Error::Input`] for a name or gamma that is not allowed; those of the optimiser.
 pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
-    let (gammas, groupings) = group(given.scene, given.lattice)?;
+    let (gammas, groupings) = group(given.scene, given.body, given.lattice)?;
+    let goal = linear_fit::goal(&given)?;
     let same = sweep::first_equal(&groupings);
     let distinct: Vec<usize> = (0..groupings.len()).filter(|&i| same[i] == i).collect();
-    let problems: Vec<SweepProblem> = distinct.iter().map(|&i| given.problem(&groupings[i], i)).collect();
-    given.check_jacobian(&problems)?;
+    given.check_memory(distinct.iter().map(|&i| groupings[i].groups.len()).max().unwrap_or(0))?;
+    let problems: Vec<SweepProblem> =
+        distinct.iter().map(|&i| given.problem(&goal, &groupings[i], i)).collect::<Result<_>>()?;
     let solved = given.solve(&problems, progress)?;
     let answer = |i: usize| distinct.iter().position(|&d| d == same[i]).unwrap_or(0);
     let sweep: Vec<Row> = (0..gammas.len())
@@ -140,7 +146,8 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
         .collect();
     let best = (0..sweep.len()).min_by(|&i, &j| rank(&sweep[i], &sweep[j])).expect("a sweep has a row");
     let grouping = groupings[best].clone();
-    given.finish(sweep, best, grouping, &problems[answer(best)])
+    let outside_pattern = goal.outside_pattern(&given);
+    given.finish(sweep, best, grouping, &problems[answer(best)], outside_pattern)
 }
 
 /// Rows by error; of equals the one with fewer groups, then the earlier.
@@ -149,7 +156,10 @@ fn rank(a: &Row, b: &Row) -> std::cmp::Ordering {
 }
 
 /// The gammas of a scene (one entry without gamma for a grouping that does not use it) and their groupings.
-pub(super) fn group(scene: &Scene, lattice: &Lattice) -> Result<(Vec<Option<f64>>, Vec<Grouping>)> {
+pub(super) fn group(scene: &Scene, body: &Body, lattice: &Lattice) -> Result<(Vec<Option<f64>>, Vec<Grouping>)> {
+    if scene.calibration.objective == "formula" {
+        return Ok((vec![None], vec![linear_fit::formula_grouping(scene, body, lattice)?]));
+    }
     let name = &scene.springs.grouping;
     let rule = grouping::find(name).ok_or_else(|| {
         Error::input("springs.grouping", format!("there is no grouping {name}"), "see `springfit list groupings`")
@@ -164,11 +174,12 @@ pub(super) fn group(scene: &Scene, lattice: &Lattice) -> Result<(Vec<Option<f64>
     Ok((gammas, groupings))
 }
 
-/// The optimiser of a scene and its settings.
+/// The optimiser of a scene and its settings; a formula has none and gets the one that does nothing beside it.
 pub(super) fn optimiser(scene: &Scene) -> Result<(&'static Optimiser, Settings)> {
     let given = &scene.calibration;
-    let optimiser = optimiser::find(&given.optimiser).ok_or_else(|| {
-        let message = format!("there is no optimiser {}", given.optimiser);
+    let name = given.optimiser().unwrap_or("least_squares");
+    let optimiser = optimiser::find(name).ok_or_else(|| {
+        let message = format!("there is no optimiser {name}");
         Error::input("calibration.optimiser", message, "see `springfit list optimisers`")
     })?;
     let settings = Settings {
@@ -191,7 +202,7 @@ impl Given<'_> {
     }
 
     /// The springs and bounds of one grouping.
-    fn problem(&self, grouping: &Grouping, index: usize) -> SweepProblem<'_> {
+    fn problem(&self, goal: &Goal, grouping: &Grouping, index: usize) -> Result<SweepProblem<'_>> {
         let Lattice { network, symbolic, coefficients, spring_bounds, .. } = self.lattice;
         let dofs = &self.body.dofs;
         let operator = match symbolic {
@@ -204,24 +215,27 @@ impl Given<'_> {
                 SpringOperator::OnGrid(GridSprings { network, grid: self.body.grid(), dofs, grouping, coefficients })
             }
         };
-        SweepProblem {
-            operator,
-            upper: bounds::upper_bounds(network, grouping, spring_bounds, self.scene.springs.law),
-            index,
-        }
+        let upper = bounds::upper_bounds(network, grouping, spring_bounds, self.scene.springs.law);
+        Ok(SweepProblem { operator, upper, search: goal.search(self, grouping)?, index })
     }
 
-    /// Refuses a Jacobian that would not fit: one column a group, four copies at a time for each of two starts.
+    /// Refuses matrices that would not fit: a Jacobian with one column a group, four copies at a time for each of two
+    /// starts; for a linear objective the pull of every group on every node, and some triangles as wide as the groups.
     /// The number of threads does not count, so that a scene is refused on every machine or on none.
-    fn check_jacobian(&self, problems: &[SweepProblem]) -> Result<()> {
-        let groups = problems.iter().map(|problem| problem.upper.len()).max().unwrap_or(0);
-        let rows = self.body.dofs.len() * self.fitted().len();
-        let bytes = 8.0 * 4.0 * 2.0 * groups as f64 * rows as f64;
+    fn check_memory(&self, groups: usize) -> Result<()> {
         let (optimiser, _) = optimiser(self.scene)?;
-        if bytes <= LARGEST_JACOBIAN || !optimiser.uses_jacobian {
+        let unknowns = self.body.dofs.len() as f64;
+        let columns = groups as f64;
+        let numbers = match self.scene.calibration.objective.as_str() {
+            "displacement" if !optimiser.uses_jacobian => 0.0,
+            "displacement" => 4.0 * 2.0 * columns * unknowns * self.fitted().len() as f64,
+            "formula" => 0.0,
+            _ => columns * unknowns + 16.0 * columns * columns,
+        };
+        if 8.0 * numbers <= LARGEST_JACOBIAN {
             return Ok(());
         }
-        let message = format!("{groups} groups and {rows} equations need a Jacobian of {:.1} GB", bytes / 1e9);
+        let message = format!("{groups} groups on {unknowns} degrees of freedom need {:.1} GB", 8e-9 * numbers);
         Err(Error::input("springs.grouping", message, "use fewer groups, fewer control points, or annealing"))
     }
 
@@ -240,6 +254,20 @@ impl Given<'_> {
         let solver = network::settings(self.scene);
         let shared = Shared { forces: &forces, reference: &targets, weights: &weights, solver: &solver };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
+            .map_err(|error| self.loose(error))
+    }
+
+    /// A network that lost its stiffness in a fit that never solved it: the node that is loose.
+    fn loose(&self, error: Error) -> Error {
+        let objective = &self.scene.calibration.objective;
+        match error {
+            Error::NotPositiveDefinite { dof } if objective != "displacement" => {
+                let (node, component) = self.body.dofs.owner(dof);
+                let what = format!("network that the objective {objective} gives");
+                Error::Mechanism { what, node, direction: ['x', 'y', 'z'][component] }
+            }
+            other => other,
+        }
     }
 
     /// Errors of the fitted cases for their displacements (cases x n).
@@ -249,7 +277,14 @@ impl Given<'_> {
     }
 
     /// The calibrated network under all loads.
-    fn finish(&self, sweep: Vec<Row>, best: usize, grouping: Grouping, problem: &SweepProblem) -> Result<Calibration> {
+    fn finish(
+        &self,
+        sweep: Vec<Row>,
+        best: usize,
+        grouping: Grouping,
+        problem: &SweepProblem,
+        outside_pattern: Option<f64>,
+    ) -> Result<Calibration> {
         let phi = sweep[best].outcome.phi.clone();
         let n = self.body.dofs.len();
         let forces: Vec<f64> = self.loads.iter().flat_map(|case| case.load.forces.iter().copied()).collect();
@@ -273,6 +308,7 @@ impl Given<'_> {
             stiffness: weighting::stiffness(&grouping, &self.lattice.coefficients, &phi),
             global_strain: [strain(&self.reference.cases[first].displacement), strain(&displacements[first])],
             fitted: sweep[best].errors,
+            outside_pattern,
             upper: problem.upper.clone(),
             sweep,
             best,

@@ -91,7 +91,7 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     let scene = body.resolved.clone();
     let loads = loads::build(&scene, &body)?;
     let lattice = network::build(&scene, &body)?;
-    let (gammas, groupings) = fit::group(&scene, &lattice)?;
+    let (gammas, groupings) = fit::group(&scene, &body, &lattice)?;
     let same = sweep::first_equal(&groupings);
     let distinct: Vec<usize> = (0..same.len()).filter(|&i| same[i] == i).map(|i| groupings[i].groups.len()).collect();
     let problems = distinct.len();
@@ -120,7 +120,7 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
         factor_entries: [reference.factor_entries, spring_entries],
         memory_bytes,
         seconds,
-        steps: steps(&scene, loads.iter().filter(|case| case.fit).count(), loads.len(), optimiser.name, problems),
+        steps: steps(&scene, loads.iter().filter(|case| case.fit).count(), loads.len(), problems),
         warnings: body.warnings.iter().chain(&lattice.warnings).cloned().collect(),
         scene,
     })
@@ -152,7 +152,7 @@ fn reference_cost(body: &Body, threads: usize) -> Result<ReferenceCost> {
     })
 }
 
-fn steps(scene: &Scene, fitted: usize, cases: usize, optimiser: &str, problems: usize) -> Vec<String> {
+fn steps(scene: &Scene, fitted: usize, cases: usize, problems: usize) -> Vec<String> {
     let dynamics = match &scene.dynamics {
         None => "no masses, no damping: the scene has no [dynamics]".to_owned(),
         Some(dynamics) if dynamics.alpha.is_none() => "masses; no damping: [dynamics] has no alpha".to_owned(),
@@ -165,7 +165,9 @@ fn steps(scene: &Scene, fitted: usize, cases: usize, optimiser: &str, problems: 
             scene.springs.topology, scene.springs.grouping
         ),
         format!(
-            "calibration: {optimiser} on {problems} problem(s), {fitted} fitted load case(s), {} held out",
+            "calibration: {}, {} on {problems} problem(s), {fitted} fitted load case(s), {} held out",
+            scene.calibration.objective,
+            scene.calibration.optimiser().or(scene.calibration.formula.as_deref()).unwrap_or_default(),
             cases - fitted
         ),
         dynamics,

@@ -108,6 +108,7 @@ impl Case {
         let problem = Problem {
             make: &make,
             displacement: Some(&worker),
+            linear: None,
             upper: &self.upper,
             seed,
             index: 0,

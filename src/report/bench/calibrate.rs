@@ -30,19 +30,19 @@ pub const VARIANTS: &[Variant] = &[
     Variant {
         name: "annealing, one chain",
         change: |scene| {
-            scene.calibration.optimiser = "annealing".into();
+            scene.calibration.optimiser = Some("annealing".into());
             scene.calibration.annealing.chains = 1;
         },
     },
     Variant {
         name: "annealing, many chains",
         change: |scene| {
-            scene.calibration.optimiser = "annealing".into();
+            scene.calibration.optimiser = Some("annealing".into());
             scene.calibration.annealing.chains = scene.calibration.annealing.chains.max(4);
         },
     },
-    Variant { name: "gauss_newton", change: |scene| scene.calibration.optimiser = "gauss_newton".into() },
-    Variant { name: "hybrid", change: |scene| scene.calibration.optimiser = "hybrid".into() },
+    Variant { name: "gauss_newton", change: |scene| scene.calibration.optimiser = Some("gauss_newton".into()) },
+    Variant { name: "hybrid", change: |scene| scene.calibration.optimiser = Some("hybrid".into()) },
 ];
 
 /// What one variant did.

@@ -1,0 +1,145 @@
+//! The acceleration objective (4.5): released from the same states, network and continuum shall start alike.
+//!
+//! In a state u (displacements of all nodes, at rest) the bodies accelerate by
+//!
+//! ```text
+//! a_ref = M^-1 (f_ext - K_ref u),        a(phi) = M^-1 (f_ext + sum_a phi_a f_a(u))
+//! ```
+//!
+//! where f_a(u) is the force that the springs of group a exert on the nodes for phi_a = 1: the full force (3.2) of the displaced
+//! springs, or its linearisation -K_a u. Either is linear in phi. Both bodies carry the same lumped masses M; then
+//! the external force cancels in a_ref - a(phi), and so does damping, for nothing moves yet. M itself does not cancel:
+//! 1 / m_i stays as the weight of the equations of node i, and nodes at an edge of the body, which are lighter, count
+//! more. Masses that differed between the two would leave f_ext in and fit stiffness to a difference of masses.
+//!
+//! ```text
+//! e = 100 sqrt( mean_c |a_ref,c - a_c(phi)|^2 / |M^-1 K_ref u_c|^2 )     percent, over the free degrees of freedom
+//! ```
+//!
+//! Which states: the thesis asks for the state of largest elastic energy in a motion. In an undamped release without
+//! load that is the initial one, for the energy is conserved; so the states are given fields of displacement, and
+//! no motion has to be integrated. Several states (snapshots, or the static states of a load that grows) are averaged,
+//! each relative to its own accelerations.
+//!
+//! The continuum is linear and knows no rotation, the full force does: large states compare a body with one that bends
+//! differently. Springs that a state neither stretches nor shortens have no part in it, and their group no answer.
+
+use crate::calibration::linear::{Reduced, Rows};
+use crate::error::{Error, Result};
+use crate::geometry::dofs::{DofMap, FIXED};
+use crate::springs::force;
+use crate::springs::grouping::Grouping;
+use crate::springs::network::Network;
+
+/// A group that pulls less than this part of the one that pulls most does not pull: its springs changed by rounding.
+const IDLE: f64 = 1e-12;
+
+/// The elastic force of the springs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Force {
+    /// (3.2) at the displaced nodes.
+    Full,
+    /// Linearised at rest.
+    Linearised,
+}
+
+/// A state that both bodies are released from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Its name, for messages.
+    pub name: String,
+    /// Displacement of every node, held ones included, m.
+    pub displacement: Vec<[f64; 3]>,
+    /// K_ref u over the free degrees of freedom, N.
+    pub resistance: Vec<f64>,
+}
+
+/// The fixed part of an acceleration problem.
+#[derive(Clone, Copy)]
+pub struct Target<'a> {
+    /// The springs.
+    pub network: &'a Network,
+    /// w_s of every spring, 1 or 1/m.
+    pub coefficients: &'a [f64],
+    /// The degrees of freedom.
+    pub dofs: &'a DofMap,
+    /// Mass of every node in any unit, zero where it is tied to another.
+    pub masses: &'a [f64],
+    /// The states.
+    pub states: &'a [State],
+    /// Which force the springs exert.
+    pub force: Force,
+}
+
+impl Target<'_> {
+    /// The least-squares problem of a grouping, distances in percent.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a state in which the continuum rests, or a group that no state stretches.
+    pub fn reduce(&self, grouping: &Grouping) -> Result<Reduced> {
+        let groups = grouping.groups.len();
+        let mut rows = Rows::new(groups);
+        let mut row = vec![0.0; groups + 1];
+        for state in self.states {
+            let weights = self.weights(state)?;
+            let forces = self.forces(state, grouping);
+            for (dof, weight) in weights.iter().enumerate() {
+                for (group, entry) in row[..groups].iter_mut().enumerate() {
+                    *entry = -weight * forces[group * self.dofs.len() + dof];
+                }
+                row[groups] = weight * state.resistance[dof];
+                rows.push(&row);
+            }
+        }
+        let reduced = rows.reduced(100.0 / (self.states.len() as f64).sqrt());
+        self.check_acting(grouping, &reduced.column_norms())?;
+        Ok(reduced)
+    }
+
+    /// 1 / m_i for every free degree of freedom, over the norm of the accelerations of the continuum.
+    fn weights(&self, state: &State) -> Result<Vec<f64>> {
+        let inverse: Vec<f64> = (0..self.dofs.len()).map(|dof| 1.0 / self.masses[self.dofs.owner(dof).0]).collect();
+        let pairs = inverse.iter().zip(&state.resistance);
+        let norm = pairs.map(|(weight, force)| (weight * force).powi(2)).sum::<f64>().sqrt();
+        if norm > 0.0 {
+            return Ok(inverse.into_iter().map(|weight| weight / norm).collect());
+        }
+        let message = format!("no free node of the continuum is pulled in the state {}", state.name);
+        Err(Error::input("calibration.acceleration.snapshots", message, "give a state that deforms the body"))
+    }
+
+    /// Forces of every group at phi = 1 on the free degrees of freedom (groups x n), N.
+    fn forces(&self, state: &State, grouping: &Grouping) -> Vec<f64> {
+        let n = self.dofs.len();
+        let mut forces = vec![0.0; n * grouping.groups.len()];
+        for (s, spring) in self.network.springs.iter().enumerate() {
+            let [a, b] = spring.nodes.map(|node| node as usize);
+            let (ua, ub) = (state.displacement[a], state.displacement[b]);
+            let at = |node: usize, u: [f64; 3]| [0, 1, 2].map(|c| self.network.positions[node][c] + u[c]);
+            let pull = match self.force {
+                Force::Full => force::elastic(self.coefficients[s], spring.length, at(a, ua), at(b, ub)),
+                Force::Linearised => force::linearised(self.coefficients[s], spring.direction, ua, ub),
+            };
+            let column = &mut forces[grouping.group_of[s] as usize * n..][..n];
+            for (node, sign) in [(a, 1.0), (b, -1.0)] {
+                for (&dof, pull) in self.dofs.free(node).iter().zip(pull).filter(|(dof, _)| **dof != FIXED) {
+                    column[dof as usize] += sign * pull;
+                }
+            }
+        }
+        forces
+    }
+
+    /// Refuses a group that pulls no free node in any state although it could; `pulls` is the size of its column.
+    fn check_acting(&self, grouping: &Grouping, pulls: &[f64]) -> Result<()> {
+        let least = IDLE * pulls.iter().fold(0.0_f64, |a, b| a.max(*b));
+        let free = |node: &u32| self.dofs.free(*node as usize).iter().any(|&dof| dof != FIXED);
+        let mut pairs = self.network.springs.iter().zip(&grouping.group_of);
+        let idle = pairs.find(|(spring, group)| pulls[**group as usize] <= least && spring.nodes.iter().any(free));
+        let Some((_, &group)) = idle else { return Ok(()) };
+        let name = &grouping.groups[group as usize].name;
+        let message = format!("the springs of group {name} keep their length, or pull in balance, in every state");
+        let help = "add a snapshot that stretches them, such as { stretch = [0.1, 0.0] }, or use fewer groups";
+        Err(Error::input("calibration.acceleration.snapshots", message, help))
+    }
+}

@@ -1,0 +1,249 @@
+//! Stiffnesses from the literature, without a fit.
+//!
+//! Each cell of a mesh gives every spring between two of its corners a share, and the shares of all cells add up.
+//!
+//! *Lloyd* (3.13; B. Lloyd, G. Szekely, M. Harders, IEEE Trans. Vis. Comput. Graph. 13, 2007) fits the springs of one regular linear
+//! element to its stiffness matrix. The fit is good where lambda = mu, that is nu = 1/3 in plane stress and 1/4 in space:
+//!
+//! | cell, side l | edge | diagonal | needs |
+//! |---|---|---|---|
+//! | equilateral triangle | sqrt(3)/4 E t | | nu = 1/3, plane stress; exact |
+//! | square | 5/16 E t | 7/16 E t | nu = 1/3, plane stress; blocks off the diagonal |
+//! | regular tetrahedron | 2 sqrt(2)/25 E l | | nu = 1/4; all blocks |
+//!
+//! The square compares blocks between different nodes, the tetrahedron all blocks; the other reading of either would
+//! give 17/56 and 23/56, or sqrt(2)/12 (see `calibration::objectives::matrix`). There is none for hexahedra.
+//!
+//! *Van Gelder* (3.14; A. Van Gelder, J. Graph. Tools 3, 1998), for triangles and tetrahedra of any form and any nu, around an edge of
+//! length l:
+//!
+//! ```text
+//! k = E t sum_e area_e / l^2   in the plane,       k = E sum_e volume_e / l^2   in space
+//! ```
+//!
+//! It asks only that the springs be as stiff as the body in size; it knows neither nu nor directions. Quadrilaterals and
+//! hexahedra overlap with their diagonals, so that their areas would count more than once: they are refused.
+//! E in Pa, t and l in m, k in N/m.
+
+use std::collections::HashMap;
+
+use crate::error::{Error, Result};
+use crate::geometry::dofs::DofMap;
+use crate::geometry::mesh::{CellKind, Mesh};
+
+use super::grouping::{Group, Grouping};
+use super::network::Network;
+
+/// A nu this near to the one a formula was derived for will do.
+const POISSON: f64 = 1e-3;
+
+/// Sides this near to each other, relative, are equal.
+const SIDES: f64 = 1e-6;
+
+/// Numbers this near to each other, relative, are one group.
+const SAME: f64 = 1e-9;
+
+/// What a formula reads.
+#[derive(Clone, Copy)]
+pub struct Given<'a> {
+    /// The cells.
+    pub mesh: &'a Mesh,
+    /// The springs between their corners.
+    pub network: &'a Network,
+    /// Ties of the nodes.
+    pub dofs: &'a DofMap,
+    /// Young's modulus, Pa.
+    pub young: f64,
+    /// Poisson's ratio.
+    pub poisson: f64,
+    /// Thickness, m; 1 in space.
+    pub thickness: f64,
+    /// True for plane strain.
+    pub plane_strain: bool,
+}
+
+/// A formula, chosen by its name.
+pub struct Formula {
+    /// The word in the scene.
+    pub name: &'static str,
+    /// What it is, in a line.
+    pub doc: &'static str,
+    /// Shares of a cell: stiffness of the spring between each two corners, N/m, in the order of [`pairs`].
+    share: fn(&Given, CellKind, &[f64], f64) -> Result<Vec<f64>>,
+}
+
+/// All formulas.
+pub const FORMULAS: &[Formula] = &[
+    Formula {
+        name: "lloyd",
+        doc: "(3.13), for squares and equilateral triangles at nu = 1/3, regular tetrahedra at 1/4",
+        share: lloyd,
+    },
+    Formula { name: "van_gelder", doc: "(3.14), for any triangles and tetrahedra", share: van_gelder },
+];
+
+/// The formula of this name.
+pub fn find(name: &str) -> Option<&'static Formula> {
+    FORMULAS.iter().find(|formula| formula.name == name)
+}
+
+impl Formula {
+    /// Stiffness of every spring, N/m.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the formula does not apply, with what would; for a network that lacks a spring between
+    /// two corners of a cell, or has one that is in no cell.
+    pub fn stiffness(&self, given: &Given) -> Result<Vec<f64>> {
+        let springs = given.network.springs.iter().enumerate();
+        let number: HashMap<[u32; 2], usize> = springs.map(|(s, spring)| (ordered(spring.nodes), s)).collect();
+        let mut stiffness = vec![0.0; number.len()];
+        for cell in 0..given.mesh.cells() {
+            let corners = given.mesh.corners(cell);
+            let lengths: Vec<f64> = pairs(corners).map(|[a, b]| distance(given.mesh, a, b)).collect();
+            let shares = (self.share)(given, given.mesh.kind(cell), &lengths, measure(given.mesh, cell))
+                .map_err(|error| in_cell(error, cell))?;
+            for ([a, b], share) in pairs(corners).zip(shares) {
+                let ends = ordered([a, b].map(|node| given.dofs.master(node as usize) as u32));
+                let Some(&s) = number.get(&ends) else {
+                    let message = format!("there is no spring between nodes {a} and {b} of cell {cell}");
+                    return Err(Error::input("calibration.formula", message, "use a topology with all diagonals"));
+                };
+                stiffness[s] += share;
+            }
+        }
+        match stiffness.iter().position(|&k| k == 0.0) {
+            Some(s) => {
+                let message = format!("spring {s} joins nodes {:?} that no cell has", given.network.springs[s].nodes);
+                Err(Error::input("calibration.formula", message, "use a topology along edges and diagonals of cells"))
+            }
+            None => Ok(stiffness),
+        }
+    }
+}
+
+/// Groups springs by the number phi = k / w that each needs, from the smallest, and phi of each group.
+///
+/// `stiffness` is k of every spring, `coefficients` its w; phi in N/m (or N).
+pub fn grouping(network: &Network, stiffness: &[f64], coefficients: &[f64]) -> (Grouping, Vec<f64>) {
+    let number = |s: usize| stiffness[s] / coefficients[s];
+    let mut order: Vec<usize> = (0..stiffness.len()).collect();
+    order.sort_by(|&r, &s| number(r).total_cmp(&number(s)).then(r.cmp(&s)));
+    let mut phi: Vec<f64> = Vec::new();
+    let mut groups: Vec<Group> = Vec::new();
+    let mut group_of = vec![0; order.len()];
+    for s in order {
+        if phi.last().is_none_or(|last| number(s) > last * (1.0 + SAME)) {
+            phi.push(number(s));
+            groups.push(Group { name: format!("formula_{}", phi.len()), springs: 0, length: 0.0 });
+        }
+        group_of[s] = groups.len() as u32 - 1;
+        if let Some(group) = groups.last_mut() {
+            group.springs += 1;
+            group.length += (network.springs[s].length - group.length) / group.springs as f64;
+        }
+    }
+    (Grouping { group_of, groups }, phi)
+}
+
+/// All pairs of corners: 01, 02, ..., 12, ...
+fn pairs(corners: &[u32]) -> impl Iterator<Item = [u32; 2]> + '_ {
+    (0..corners.len()).flat_map(move |i| (i + 1..corners.len()).map(move |j| [corners[i], corners[j]]))
+}
+
+fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
+fn step(mesh: &Mesh, a: u32, b: u32) -> [f64; 3] {
+    let (a, b) = (mesh.positions()[a as usize], mesh.positions()[b as usize]);
+    [b[0] - a[0], b[1] - a[1], b[2] - a[2]]
+}
+
+fn distance(mesh: &Mesh, a: u32, b: u32) -> f64 {
+    step(mesh, a, b).iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Area of a triangle or volume of a tetrahedron, m^2 or m^3; 0 for other cells, where no formula asks.
+fn measure(mesh: &Mesh, cell: usize) -> f64 {
+    let corners = mesh.corners(cell);
+    let from_first = |i: usize| step(mesh, corners[0], corners[i]);
+    let cross =
+        |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let normal = || cross(from_first(1), from_first(2));
+    match mesh.kind(cell) {
+        CellKind::Triangle => normal().iter().map(|x| x * x).sum::<f64>().sqrt() / 2.0,
+        CellKind::Tetrahedron => normal().iter().zip(from_first(3)).map(|(n, x)| n * x).sum::<f64>().abs() / 6.0,
+        CellKind::Quadrilateral | CellKind::Hexahedron => 0.0,
+    }
+}
+
+/// The error of one cell with its number.
+fn in_cell(error: Error, cell: usize) -> Error {
+    match error {
+        Error::Input { key, message, help } if key == "calibration.formula" => {
+            Error::input(key, format!("{message} (cell {cell})"), help)
+        }
+        other => other,
+    }
+}
+
+fn lloyd(given: &Given, kind: CellKind, lengths: &[f64], _measure: f64) -> Result<Vec<f64>> {
+    let (needed, words) = if given.mesh.dimension() == 2 { (1.0 / 3.0, "1/3") } else { (0.25, "1/4") };
+    if kind == CellKind::Hexahedron {
+        return Err(not_for("lloyd has no formula for hexahedra", "it is for squares, triangles and tetrahedra"));
+    }
+    if (given.poisson - needed).abs() > POISSON {
+        let message = format!("lloyd holds for nu = {words}, not for {}", given.poisson);
+        let help = "change the material, or use calibration.objective = \"matrix\"";
+        return Err(Error::input("material.poisson", message, help));
+    }
+    if given.plane_strain {
+        let help = "use plane stress, or calibration.objective = \"matrix\"";
+        return Err(Error::input("reference.plane", "lloyd holds for plane stress", help));
+    }
+    let shortest = lengths.iter().fold(f64::INFINITY, |a, b| a.min(*b));
+    let is = |length: f64, ratio: f64| (length / (ratio * shortest) - 1.0).abs() <= SIDES;
+    let plate = given.young * given.thickness;
+    let side = |length: &f64| is(*length, 1.0);
+    match kind {
+        CellKind::Triangle if lengths.iter().all(side) => Ok(vec![3_f64.sqrt() / 4.0 * plate; 3]),
+        CellKind::Tetrahedron if lengths.iter().all(side) => {
+            Ok(vec![2.0 * 2_f64.sqrt() / 25.0 * given.young * shortest; 6])
+        }
+        CellKind::Quadrilateral if square(lengths, &is) => Ok(lengths
+            .iter()
+            .map(|length| if side(length) { 5.0 / 16.0 * plate } else { 7.0 / 16.0 * plate })
+            .collect()),
+        _ => {
+            Err(not_for("lloyd holds for regular cells, and this one is not", "it needs equal sides and right angles"))
+        }
+    }
+}
+
+/// True for four sides and two diagonals of a square.
+fn square(lengths: &[f64], is: &dyn Fn(f64, f64) -> bool) -> bool {
+    let sides = lengths.iter().filter(|length| is(**length, 1.0)).count();
+    let diagonals = lengths.iter().filter(|length| is(**length, 2_f64.sqrt())).count();
+    sides == 4 && diagonals == 2
+}
+
+fn van_gelder(given: &Given, kind: CellKind, lengths: &[f64], measure: f64) -> Result<Vec<f64>> {
+    match kind {
+        CellKind::Triangle | CellKind::Tetrahedron => {
+            let whole = given.young * given.thickness * measure;
+            Ok(lengths.iter().map(|length| whole / (length * length)).collect())
+        }
+        CellKind::Quadrilateral => Err(not_for(
+            "van_gelder is for triangles, and this is a quadrilateral",
+            "squares at nu = 1/3 have \"lloyd\"",
+        )),
+        CellKind::Hexahedron => {
+            Err(not_for("van_gelder is for tetrahedra, and this is a hexahedron", "hexahedra have no formula"))
+        }
+    }
+}
+
+fn not_for(message: &str, applies: &str) -> Error {
+    let help = format!("{applies}; calibration.objective = \"matrix\" fits any body in one step");
+    Error::input("calibration.formula", message, help)
+}

@@ -1,0 +1,215 @@
+//! What the objectives other than the displacement compare with, and the problem of each grouping.
+//!
+//! | objective | made once | made for each grouping |
+//! |---|---|---|
+//! | matrix (3.17) | K_ref | the least-squares problem of its groups |
+//! | acceleration (4.5) | states, K_ref u in each, masses | the same |
+//! | formula (3.13, 3.14) | stiffness of every spring | nothing: equal springs are its groups |
+
+use nalgebra_sparse::CsrMatrix;
+
+use crate::calibration::objectives::{acceleration, matrix};
+use crate::calibration::sweep::Search;
+use crate::error::{Error, Result};
+use crate::geometry::dofs::FIXED;
+use crate::geometry::mesh::{CellKind, Mesh};
+use crate::reference::stiffness;
+use crate::scene::{Masses, Plane, Scene, Snapshot};
+use crate::springs::formulas;
+use crate::springs::grouping::Grouping;
+use crate::springs::masses;
+
+use super::body::Body;
+use super::fit::Given;
+use super::network::Lattice;
+
+/// What springs are compared with, the same for every grouping.
+pub enum Goal {
+    /// The displacements of the reference.
+    Displacement,
+    /// Its stiffness matrix, kept here where the reference did not store one.
+    Matrix(Option<CsrMatrix<f64>>),
+    /// Its forces in given states, and the mass of every node.
+    Acceleration(Vec<acceleration::State>, Vec<f64>),
+    /// Nothing: the stiffness of every spring is known, N/m.
+    Formula(Vec<f64>),
+}
+
+/// The goal of a scene.
+///
+/// # Errors
+/// [`Error::Input`] where the formula does not apply; what the integration of the reference can fail with.
+pub fn goal(given: &Given) -> Result<Goal> {
+    match given.scene.calibration.objective.as_str() {
+        "matrix" => stored_or_assembled(given).map(Goal::Matrix),
+        "acceleration" => Ok(Goal::Acceleration(states(given)?, node_masses(given.scene, given.body)?)),
+        "formula" => formula_stiffness(given.scene, given.body, given.lattice).map(Goal::Formula),
+        _ => Ok(Goal::Displacement),
+    }
+}
+
+impl Goal {
+    /// What is made small for one grouping.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the states do not determine a group.
+    pub fn search(&self, given: &Given, grouping: &Grouping) -> Result<Search> {
+        let Lattice { network, coefficients, .. } = given.lattice;
+        let dofs = &given.body.dofs;
+        match self {
+            Self::Displacement => Ok(Search::Displacement),
+            Self::Matrix(_) => Ok(Search::Linear(self.matrix(given).expect("a matrix goal").reduce(grouping))),
+            Self::Acceleration(states, masses) => {
+                let linear = given.scene.calibration.acceleration.as_ref().is_some_and(|settings| settings.linear);
+                let force = if linear { acceleration::Force::Linearised } else { acceleration::Force::Full };
+                acceleration::Target { network, coefficients, dofs, masses, states, force }
+                    .reduce(grouping)
+                    .map(Search::Linear)
+            }
+            Self::Formula(stiffness) => Ok(Search::Known(formulas::grouping(network, stiffness, coefficients).1)),
+        }
+    }
+
+    /// The part of K_ref that no spring can answer for, percent; none for other objectives.
+    pub fn outside_pattern(&self, given: &Given) -> Option<f64> {
+        self.matrix(given).map(|target| target.outside())
+    }
+
+    fn matrix<'a>(&'a self, given: &Given<'a>) -> Option<matrix::Target<'a>> {
+        let Self::Matrix(own) = self else { return None };
+        let Lattice { network, coefficients, .. } = given.lattice;
+        let stiffness = own.as_ref().or(given.reference.stiffness.as_ref())?;
+        let reading = given.scene.calibration.matrix.clone().unwrap_or_default().reading;
+        Some(matrix::Target { network, coefficients, dofs: &given.body.dofs, stiffness, reading })
+    }
+}
+
+/// K_ref where the reference did not store it.
+fn stored_or_assembled(given: &Given) -> Result<Option<CsrMatrix<f64>>> {
+    if given.reference.stiffness.is_some() {
+        return Ok(None);
+    }
+    let points = given.body.integration_points();
+    let pattern = stiffness::pattern(&points, &given.body.dofs);
+    stiffness::stiffness(&points, given.body.lame, &given.body.dofs, &pattern).map(Some)
+}
+
+/// Masses of the nodes for a density of 1: only their ratios count.
+fn node_masses(scene: &Scene, body: &Body) -> Result<Vec<f64>> {
+    let shares = body.element_shares()?;
+    Ok(match scene.dynamics.as_ref().map(|dynamics| dynamics.masses) {
+        Some(Masses::Lumped) => masses::lumped(&body.dofs, &shares.nodes, &shares.integrals, 1.0),
+        _ => masses::equal_shares(&body.dofs, &shares.nodes, &shares.measures, 1.0),
+    })
+}
+
+/// The states of all snapshots.
+fn states(given: &Given) -> Result<Vec<acceleration::State>> {
+    let settings = given.scene.calibration.acceleration.clone().unwrap_or_default();
+    let mut states = Vec::new();
+    for (i, snapshot) in settings.snapshots.iter().enumerate() {
+        match snapshot {
+            Snapshot { loads: Some(fractions), .. } => {
+                for (case, solved) in given.loads.iter().zip(&given.reference.cases).filter(|(case, _)| case.fit) {
+                    for fraction in fractions {
+                        let u: Vec<f64> = solved.displacement.iter().map(|u| u * fraction).collect();
+                        states.push(state(
+                            given.body,
+                            format!("{fraction} of {}", case.name),
+                            given.body.dofs.expand(&u),
+                        )?);
+                    }
+                }
+            }
+            Snapshot { stretch, gradient, .. } => {
+                let gradient = match (stretch, gradient) {
+                    (Some(stretch), _) => diagonal(stretch),
+                    (_, rows) => rows.clone().unwrap_or_default(),
+                };
+                let name = format!("snapshots[{i}]");
+                states.push(state(given.body, name, affine(given.body.patch.points(), &gradient))?);
+            }
+        }
+    }
+    Ok(states)
+}
+
+/// The matrix with these numbers on its diagonal.
+fn diagonal(values: &[f64]) -> Vec<Vec<f64>> {
+    let row = |a: usize| (0..values.len()).map(|b| if a == b { values[a] } else { 0.0 }).collect();
+    (0..values.len()).map(row).collect()
+}
+
+/// u = G x at every node. Held nodes move along: a translation makes no force, so it does not matter which point of
+/// the body stays.
+fn affine(positions: &[[f64; 3]], gradient: &[Vec<f64>]) -> Vec<[f64; 3]> {
+    let at = |x: &[f64; 3]| {
+        let mut u = [0.0; 3];
+        for (u, row) in u.iter_mut().zip(gradient) {
+            *u = row.iter().zip(x).map(|(g, x)| g * x).sum();
+        }
+        u
+    };
+    positions.iter().map(at).collect()
+}
+
+/// A state with the force K_ref u of the continuum in it.
+fn state(body: &Body, name: String, displacement: Vec<[f64; 3]>) -> Result<acceleration::State> {
+    let forces = stiffness::internal_forces(&body.integration_points(), body.lame, &displacement)?;
+    let mut resistance = vec![0.0; body.dofs.len()];
+    for (node, force) in forces.iter().enumerate() {
+        for (&dof, force) in body.dofs.free(node).iter().zip(force).filter(|(dof, _)| **dof != FIXED) {
+            resistance[dof as usize] += force;
+        }
+    }
+    Ok(acceleration::State { name, displacement, resistance })
+}
+
+/// Stiffness of every spring by the formula of the scene, N/m.
+fn formula_stiffness(scene: &Scene, body: &Body, lattice: &Lattice) -> Result<Vec<f64>> {
+    let name = scene.calibration.formula.as_deref().unwrap_or_default();
+    let formula = formulas::find(name).ok_or_else(|| {
+        Error::input("calibration.formula", format!("there is no formula {name:?}"), "see `springfit list formulas`")
+    })?;
+    formula.stiffness(&formulas::Given {
+        mesh: &control_mesh(body),
+        network: &lattice.network,
+        dofs: &body.dofs,
+        young: scene.material.young,
+        poisson: scene.material.poisson,
+        thickness: body.thickness,
+        plane_strain: scene.reference.plane == Some(Plane::Strain),
+    })
+}
+
+/// The groups of a scene with a formula: springs that need the same number.
+///
+/// # Errors
+/// [`Error::Input`] where the formula does not apply.
+pub fn formula_grouping(scene: &Scene, body: &Body, lattice: &Lattice) -> Result<Grouping> {
+    let stiffness = formula_stiffness(scene, body, lattice)?;
+    Ok(formulas::grouping(&lattice.network, &stiffness, &lattice.coefficients).0)
+}
+
+/// The cells of the control grid.
+fn control_mesh(body: &Body) -> Mesh {
+    let mut mesh = Mesh::new(body.patch.dimension(), body.patch.points().to_vec());
+    for cell in body.grid().cells() {
+        match cell[..] {
+            [a, b, c, d] => mesh.push(CellKind::Quadrilateral, &[a, c, d, b]),
+            [a, b, c, d, e, f, g, h] => mesh.push(CellKind::Hexahedron, &[a, e, g, c, b, f, h, d]),
+            _ => unreachable!("a cell has 4 or 8 corners"),
+        }
+    }
+    mesh
+}
+
+/// Word where a reference is smoother than the cells that formulas are made for.
+pub fn warning(scene: &Scene, body: &Body) -> Option<String> {
+    let degree = *body.patch.degree().iter().max()?;
+    (scene.calibration.objective == "formula" && degree > 1).then(|| {
+        format!(
+            "the formula is made for linear elements; the reference has degree {degree}, its nodes are control points"
+        )
+    })
+}
