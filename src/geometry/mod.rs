@@ -8,6 +8,7 @@ pub mod grid;
 pub mod knots;
 pub mod measure;
 pub mod mesh;
+pub mod meshes;
 pub mod patch;
 pub mod refine;
 pub mod selection;
