@@ -9,6 +9,7 @@ pub mod grid_mesh;
 pub mod knots;
 pub mod measure;
 pub mod mesh;
+pub mod meshes;
 pub mod patch;
 pub mod refine;
 pub mod selection;
