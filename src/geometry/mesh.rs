@@ -11,6 +11,8 @@
 //!
 //! Positions are in m, n x 3, z = 0 in two dimensions.
 
+pub mod measure;
+
 /// What a cell is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum CellKind {
@@ -31,6 +33,16 @@ impl CellKind {
             Self::Triangle => 3,
             Self::Quadrilateral | Self::Tetrahedron => 4,
             Self::Hexahedron => 8,
+        }
+    }
+
+    /// Its name in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Triangle => "triangle",
+            Self::Quadrilateral => "quadrilateral",
+            Self::Tetrahedron => "tetrahedron",
+            Self::Hexahedron => "hexahedron",
         }
     }
 
@@ -86,6 +98,11 @@ impl Mesh {
         &self.positions
     }
 
+    /// Places of the nodes in m, to be moved.
+    pub fn positions_mut(&mut self) -> &mut [[f64; 3]] {
+        &mut self.positions
+    }
+
     /// Number of cells.
     pub fn cells(&self) -> usize {
         self.kinds.len()
@@ -99,6 +116,15 @@ impl Mesh {
     /// The nodes at the corners of a cell.
     pub fn corners(&self, cell: usize) -> &[u32] {
         &self.corners[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+    }
+
+    /// Places of the first N corners of a cell (m).
+    ///
+    /// # Panics
+    /// When the cell has fewer than N corners.
+    pub fn places<const N: usize>(&self, cell: usize) -> [[f64; 3]; N] {
+        let corners = self.corners(cell);
+        std::array::from_fn(|corner| self.positions[corners[corner] as usize])
     }
 }
 

@@ -4,9 +4,11 @@
 //! |---|---|
 //! | [`material`] | Young's modulus and Poisson's ratio to the two constants of isotropic elasticity |
 //! | [`points`] | integration points, the one currency between a method and every integral |
-//! | [`methods`] | how each method fills them: isogeometric |
+//! | [`methods`] | the table of methods, and how each fills them: splines, finite elements |
 //! | [`stiffness`] | element stiffness, its pattern and its assembly |
-//! | [`loads`] | forces on nodes, tractions, body forces |
+//! | [`mass`] | consistent and lumped masses, Rayleigh damping |
+//! | [`loads`] | forces on nodes, tractions on faces of a patch, body forces |
+//! | [`side_loads`] | tractions on sides of a mesh |
 //! | [`supports`] | do the supports hold the body |
 //! | [`statics`] | K u = f with a checked backward error |
 //! | [`matrix_free`] | K u = f on fine meshes: conjugate gradients on a K that is applied and not stored |
@@ -15,11 +17,13 @@
 //! [`Reference::solve`] puts them together and chooses between the two ways to solve. The room does not know that springs exist.
 
 pub mod loads;
+pub mod mass;
 pub mod material;
 pub mod matrix_free;
 pub mod methods;
 pub mod points;
 mod quadrature;
+pub mod side_loads;
 pub mod statics;
 pub mod stiffness;
 pub mod stress;

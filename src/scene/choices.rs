@@ -4,6 +4,7 @@
 
 use crate::calibration::{objectives, optimiser};
 use crate::error::{Error, Result};
+use crate::reference::methods;
 use crate::springs::{formulas, grouping, topology};
 
 use crate::geometry::shapes;
@@ -31,7 +32,7 @@ pub struct Kind {
 /// Every table, in the order of the scene.
 pub const KINDS: &[Kind] = &[
     Kind { name: "shapes", key: "geometry.shape", choices: shape_choices },
-    Kind { name: "methods", key: "reference.method", choices: || METHODS.to_vec() },
+    Kind { name: "methods", key: "reference.method", choices: method_choices },
     Kind { name: "topologies", key: "springs.topology", choices: topology_choices },
     Kind { name: "groupings", key: "springs.grouping", choices: grouping_choices },
     Kind { name: "objectives", key: "calibration.objective", choices: objective_choices },
@@ -42,6 +43,10 @@ pub const KINDS: &[Kind] = &[
 
 fn shape_choices() -> Vec<Choice> {
     shapes::SHAPES.iter().map(|shape| Choice { name: shape.name, doc: shape.doc }).collect()
+}
+
+fn method_choices() -> Vec<Choice> {
+    methods::METHODS.iter().map(|method| Choice { name: method.name, doc: method.doc }).collect()
 }
 
 fn topology_choices() -> Vec<Choice> {
@@ -63,8 +68,6 @@ fn formula_choices() -> Vec<Choice> {
 fn optimiser_choices() -> Vec<Choice> {
     optimiser::OPTIMISERS.iter().map(|optimiser| Choice { name: optimiser.name, doc: optimiser.doc }).collect()
 }
-
-const METHODS: &[Choice] = &[Choice { name: "iga", doc: "isogeometric: the NURBS of the body carry the displacement" }];
 
 const INTEGRATORS: &[Choice] =
     &[Choice { name: "leapfrog", doc: "the explicit scheme the masses and damping are meant for" }];
@@ -134,7 +137,6 @@ mod tests {
         let calibration = super::super::Calibration::default();
         let springs = super::super::Springs::default();
         for (key, name) in [
-            ("reference.method", super::super::Reference::default().method),
             ("springs.topology", springs.topology),
             ("springs.grouping", springs.grouping),
             ("calibration.optimiser", calibration.optimiser().expect("displacement has one").to_owned()),

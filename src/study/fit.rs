@@ -211,8 +211,8 @@ impl Given<'_> {
                 symbolic: Arc::clone(symbolic),
             },
             None => {
-                let grouping = grouping.clone();
-                SpringOperator::OnGrid(GridSprings { network, grid: self.body.grid(), dofs, grouping, coefficients })
+                let grid = self.body.grid().expect("multigrid was tried on a grid");
+                SpringOperator::OnGrid(GridSprings { network, grid, dofs, grouping: grouping.clone(), coefficients })
             }
         };
         let upper = bounds::upper_bounds(network, grouping, spring_bounds, self.scene.springs.law);

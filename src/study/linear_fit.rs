@@ -6,20 +6,23 @@
 //! | acceleration (4.5) | states, K_ref u in each, masses | the same |
 //! | formula (3.13, 3.14) | stiffness of every spring | nothing: equal springs are its groups |
 
+use std::borrow::Cow;
+
 use nalgebra_sparse::CsrMatrix;
 
 use crate::calibration::objectives::{acceleration, matrix};
 use crate::calibration::sweep::Search;
 use crate::error::{Error, Result};
 use crate::geometry::dofs::FIXED;
+use crate::geometry::grid_mesh::mesh_of_grid;
 use crate::geometry::mesh::{CellKind, Mesh};
-use crate::reference::stiffness;
+use crate::reference::{mass, stiffness};
 use crate::scene::{Masses, Plane, Scene, Snapshot};
 use crate::springs::formulas;
 use crate::springs::grouping::Grouping;
-use crate::springs::masses;
 
 use super::body::Body;
+use super::continuum::Continuum;
 use super::fit::Given;
 use super::network::Lattice;
 
@@ -89,18 +92,18 @@ fn stored_or_assembled(given: &Given) -> Result<Option<CsrMatrix<f64>>> {
     if given.reference.stiffness.is_some() {
         return Ok(None);
     }
-    let points = given.body.integration_points();
+    let points = given.body.integration_points()?;
     let pattern = stiffness::pattern(&points, &given.body.dofs);
     stiffness::stiffness(&points, given.body.lame, &given.body.dofs, &pattern).map(Some)
 }
 
 /// Masses of the nodes for a density of 1: only their ratios count.
 fn node_masses(scene: &Scene, body: &Body) -> Result<Vec<f64>> {
-    let shares = body.element_shares()?;
-    Ok(match scene.dynamics.as_ref().map(|dynamics| dynamics.masses) {
-        Some(Masses::Lumped) => masses::lumped(&body.dofs, &shares.nodes, &shares.integrals, 1.0),
-        _ => masses::equal_shares(&body.dofs, &shares.nodes, &shares.measures, 1.0),
-    })
+    let points = body.integration_points()?;
+    match scene.dynamics.as_ref().map(|dynamics| dynamics.masses) {
+        Some(Masses::Lumped) => mass::lumped(&points, 1.0, &body.dofs),
+        _ => mass::equal_shares(&points, 1.0, &body.dofs),
+    }
 }
 
 /// The states of all snapshots.
@@ -127,7 +130,7 @@ fn states(given: &Given) -> Result<Vec<acceleration::State>> {
                     (_, rows) => rows.clone().unwrap_or_default(),
                 };
                 let name = format!("snapshots[{i}]");
-                states.push(state(given.body, name, affine(given.body.patch.points(), &gradient))?);
+                states.push(state(given.body, name, affine(given.body.positions(), &gradient))?);
             }
         }
     }
@@ -155,7 +158,7 @@ fn affine(positions: &[[f64; 3]], gradient: &[Vec<f64>]) -> Vec<[f64; 3]> {
 
 /// A state with the force K_ref u of the continuum in it.
 fn state(body: &Body, name: String, displacement: Vec<[f64; 3]>) -> Result<acceleration::State> {
-    let forces = stiffness::internal_forces(&body.integration_points(), body.lame, &displacement)?;
+    let forces = stiffness::internal_forces(&body.integration_points()?, body.lame, &displacement)?;
     let mut resistance = vec![0.0; body.dofs.len()];
     for (node, force) in forces.iter().enumerate() {
         for (&dof, force) in body.dofs.free(node).iter().zip(force).filter(|(dof, _)| **dof != FIXED) {
@@ -172,7 +175,7 @@ fn formula_stiffness(scene: &Scene, body: &Body, lattice: &Lattice) -> Result<Ve
         Error::input("calibration.formula", format!("there is no formula {name:?}"), "see `springfit list formulas`")
     })?;
     formula.stiffness(&formulas::Given {
-        mesh: &control_mesh(body),
+        mesh: &cells(body),
         network: &lattice.network,
         dofs: &body.dofs,
         young: scene.material.young,
@@ -191,22 +194,20 @@ pub fn formula_grouping(scene: &Scene, body: &Body, lattice: &Lattice) -> Result
     Ok(formulas::grouping(&lattice.network, &stiffness, &lattice.coefficients).0)
 }
 
-/// The cells of the control grid.
-fn control_mesh(body: &Body) -> Mesh {
-    let mut mesh = Mesh::new(body.patch.dimension(), body.patch.points().to_vec());
-    for cell in body.grid().cells() {
-        match cell[..] {
-            [a, b, c, d] => mesh.push(CellKind::Quadrilateral, &[a, c, d, b]),
-            [a, b, c, d, e, f, g, h] => mesh.push(CellKind::Hexahedron, &[a, e, g, c, b, f, h, d]),
-            _ => unreachable!("a cell has 4 or 8 corners"),
+/// The cells between the nodes: those of the elements, or of the control grid.
+fn cells(body: &Body) -> Cow<'_, Mesh> {
+    match &body.continuum {
+        Continuum::Elements { mesh, .. } => Cow::Borrowed(mesh),
+        Continuum::Splines { patch, .. } => {
+            let kind = if patch.dimension() == 2 { CellKind::Quadrilateral } else { CellKind::Hexahedron };
+            Cow::Owned(mesh_of_grid(&patch.grid(), patch.points().to_vec(), kind))
         }
     }
-    mesh
 }
 
 /// Word where a reference is smoother than the cells that formulas are made for.
 pub fn warning(scene: &Scene, body: &Body) -> Option<String> {
-    let degree = *body.patch.degree().iter().max()?;
+    let degree = body.continuum.reach();
     (scene.calibration.objective == "formula" && degree > 1).then(|| {
         format!(
             "the formula is made for linear elements; the reference has degree {degree}, its nodes are control points"
