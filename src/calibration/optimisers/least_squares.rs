@@ -89,7 +89,10 @@ pub fn solve(reduced: &Reduced, upper: &[f64]) -> Result<Vec<f64>> {
     let top: Vec<f64> = moving.iter().map(|&a| upper[a] * norms[a]).collect();
     let x = in_box(&scaled, reduced.right(), &top)?;
     let mut phi = vec![0.0; m];
-    moving.iter().zip(x).for_each(|(&a, x)| phi[a] = (x / norms[a]).min(upper[a]));
+    for ((&a, x), top) in moving.iter().zip(x).zip(top) {
+        // a bound is met exactly, not up to the rounding of the scaling
+        phi[a] = if x >= top { upper[a] } else { (x / norms[a]).min(upper[a]) };
+    }
     Ok(phi)
 }
 
@@ -125,4 +128,112 @@ fn residual(matrix: &[f64], right: &[f64], x: &[f64]) -> Vec<f64> {
         residual.iter_mut().zip(column).for_each(|(r, entry)| *r += entry * x);
     }
     residual
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::linear::Rows;
+    use crate::rng::Stream;
+    use proptest::prelude::*;
+
+    /// A random problem: dense rows, some columns small, some answers outside the box.
+    fn problem(stream: &mut Stream, groups: usize, rows: usize) -> (Reduced, Vec<f64>) {
+        let sizes: Vec<f64> = (0..groups).map(|_| 10f64.powf(3.0 * stream.normal())).collect();
+        let mut all = Rows::new(groups);
+        for _ in 0..rows {
+            let mut row: Vec<f64> = sizes.iter().map(|size| size * stream.normal()).collect();
+            row.push(stream.normal());
+            all.push(&row);
+        }
+        let upper = sizes.iter().map(|size| 0.3 * stream.uniform() / size).collect();
+        (all.reduced(1.0), upper)
+    }
+
+    /// The smallest distance over all ways to press groups against a bound and solve for the others by elimination.
+    fn by_all_active_sets(reduced: &Reduced, upper: &[f64]) -> f64 {
+        let m = reduced.groups();
+        let mut best = f64::INFINITY;
+        for code in 0..3_usize.pow(m as u32) {
+            let state = |a: usize| code / 3_usize.pow(a as u32) % 3;
+            let free: Vec<usize> = (0..m).filter(|&a| state(a) == 2).collect();
+            let mut phi: Vec<f64> = (0..m).map(|a| if state(a) == 1 { upper[a] } else { 0.0 }).collect();
+            solve_free(reduced, &free, &mut phi);
+            if phi.iter().zip(upper).all(|(p, u)| (0.0..=*u).contains(p)) {
+                best = best.min(reduced.distance(&phi));
+            }
+        }
+        best
+    }
+
+    /// Normal equations of the free columns, scaled to 1, by elimination with the rest held.
+    fn solve_free(reduced: &Reduced, free: &[usize], phi: &mut [f64]) {
+        let (rows, norms) = (reduced.rows(), reduced.column_norms());
+        let column = |a: usize| &reduced.matrix()[a * rows..(a + 1) * rows];
+        let mut image = vec![0.0; rows];
+        reduced.apply(phi, &mut image);
+        let rest: Vec<f64> = reduced.right().iter().zip(&image).map(|(r, i)| r - i).collect();
+        let n = free.len();
+        let mut system: Vec<Vec<f64>> = free
+            .iter()
+            .map(|&a| {
+                let mut row: Vec<f64> =
+                    free.iter().map(|&b| dot(column(a), column(b)) / (norms[a] * norms[b])).collect();
+                row.push(dot(column(a), &rest) / norms[a]);
+                row
+            })
+            .collect();
+        for i in 0..n {
+            for j in i + 1..n {
+                let factor = system[j][i] / system[i][i];
+                let pivot = system[i].clone();
+                system[j].iter_mut().zip(&pivot).for_each(|(entry, pivot)| *entry -= factor * pivot);
+            }
+        }
+        let mut x = vec![0.0; n];
+        for i in (0..n).rev() {
+            let known: f64 = (i + 1..n).map(|j| system[i][j] * x[j]).sum();
+            x[i] = (system[i][n] - known) / system[i][i];
+        }
+        free.iter().zip(x).for_each(|(&a, x)| phi[a] = x / norms[a]);
+    }
+
+    proptest! {
+        #[test]
+        fn no_active_set_is_better_and_the_conditions_hold(seed in 0u64..5000, m in 1usize..6, extra in 0usize..20) {
+            let mut stream = Stream::new(seed, 0, 0);
+            let (reduced, upper) = problem(&mut stream, m, m + 2 + extra);
+            prop_assume!(reduced.dependent().is_empty());
+            let phi = solve(&reduced, &upper).expect("independent columns");
+            let (ours, best) = (reduced.distance(&phi), by_all_active_sets(&reduced, &upper));
+            prop_assert!(ours <= best * (1.0 + 1e-9), "{ours} {best}");
+            let mut image = vec![0.0; reduced.rows()];
+            reduced.apply(&phi, &mut image);
+            let residual: Vec<f64> = image.iter().zip(reduced.right()).map(|(i, r)| i - r).collect();
+            let size = dot(reduced.right(), reduced.right()).sqrt();
+            for (a, norm) in reduced.column_norms().iter().enumerate() {
+                let column = &reduced.matrix()[a * reduced.rows()..(a + 1) * reduced.rows()];
+                let slope = dot(column, &residual) / norm;
+                prop_assert!((0.0..=upper[a]).contains(&phi[a]));
+                prop_assert!(phi[a] == 0.0 || slope <= 1e-11 * size, "{a}: {slope:e}");
+                prop_assert!(phi[a] == upper[a] || slope >= -1e-11 * size, "{a}: {slope:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn columns_that_depend_on_each_other_are_named_and_empty_ones_stay_at_zero() {
+        let mut stream = Stream::new(3, 0, 0);
+        let mut rows = Rows::new(3);
+        let mut twins = Rows::new(3);
+        for _ in 0..12 {
+            let [a, b, right] = [stream.normal(), stream.normal(), stream.normal()];
+            rows.push(&[a, 0.0, b, right]);
+            twins.push(&[a, b, 2.0 * a, right]);
+        }
+        assert_eq!(solve(&rows.reduced(1.0), &[1.0; 3]).expect("two columns")[1], 0.0);
+        let dependent = twins.reduced(1.0).dependent();
+        let error = undetermined(&dependent, 3).to_string();
+        assert!(error.contains("1 of 3 groups (group 3)"), "{error}");
+    }
 }
