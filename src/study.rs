@@ -135,8 +135,8 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
     let dynamics = dynamics_data(&scene, &body, &lattice, &calibration)?;
     let mut warnings = body.warnings.clone();
     warnings.extend(lattice.warnings.iter().cloned());
-    warnings.extend(calibration.warning());
     warnings.extend(linear_fit::warning(&scene, &body));
+    warnings.extend(calibration.warning());
     Ok(Study { scene, body, loads, reference, lattice, calibration, dynamics, warnings, seconds })
 }
 

@@ -87,8 +87,6 @@ const WRONG_INPUT: &[Expectation] = &[
     ("later_grouping", 12, ["springs.grouping: unknown name \"adaptive\"", "known names are length"]),
     ("later_key", 10, ["load[0].torsion: unknown key", "known keys here are name, fit"]),
     ("later_method", 12, ["reference.method: unknown name \"q4\"", "known names are iga"]),
-    ("later_objective", 12, ["calibration.objective: unknown name \"acceleration\"", "known names are displacement"]),
-    ("later_optimiser", 12, ["calibration.optimiser: unknown name \"least_squares\"", "known names are gauss_newton"]),
     (
         "load_all_held_out",
         10,
@@ -128,6 +126,147 @@ const WRONG_INPUT: &[Expectation] = &[
     ("no_support", 1, ["support: nothing is held", "add support.faces"]),
     ("not_finite", 10, ["load[0].force_per_node[1]: nan is not a finite number", "give a finite number"]),
     ("not_text", 0, ["line 3: byte 48 is not UTF-8", "save the scene as UTF-8"]),
+    (
+        "objective_name",
+        12,
+        [
+            "calibration.objective: unknown name \"velocity\"",
+            "known names are displacement, acceleration, matrix, formula",
+        ],
+    ),
+    (
+        "least_squares_displacement",
+        12,
+        [
+            "calibration.optimiser: least_squares solves linear problems, and displacement is not linear",
+            "choose gauss_newton, hybrid or annealing",
+        ],
+    ),
+    (
+        "surrogate_matrix",
+        13,
+        [
+            "calibration.optimiser: surrogate works on displacements, and matrix is fitted without any",
+            "use least_squares, or leave the optimiser out",
+        ],
+    ),
+    ("matrix_reading", 13, ["calibration.matrix.reading: unknown name \"half\"", "known names are full, off_diagonal"]),
+    (
+        "formula_missing",
+        12,
+        ["calibration.objective: no formula is given", "add calibration.formula, one of lloyd, van_gelder"],
+    ),
+    ("formula_name", 13, ["calibration.formula: unknown name \"loyd\"", "did you mean \"lloyd\"?"]),
+    (
+        "formula_alone",
+        12,
+        [
+            "calibration.formula: the objective is displacement, not a formula",
+            "set objective = \"formula\", or remove formula",
+        ],
+    ),
+    (
+        "formula_optimiser",
+        13,
+        ["calibration.optimiser: annealing has nothing to do: a formula is not fitted", "leave the optimiser out"],
+    ),
+    (
+        "formula_poisson",
+        6,
+        ["material.poisson: lloyd holds for nu = 1/3, not for 0.3", "calibration.objective = \"matrix\""],
+    ),
+    (
+        "formula_strain",
+        15,
+        ["reference.plane: lloyd holds for plane stress", "use plane stress, or calibration.objective = \"matrix\""],
+    ),
+    (
+        "formula_rectangle",
+        14,
+        [
+            "calibration.formula: lloyd holds for regular cells, and this one is not (cell 0)",
+            "\"matrix\" fits any body in one step",
+        ],
+    ),
+    (
+        "formula_hexahedra",
+        13,
+        [
+            "calibration.formula: lloyd has no formula for hexahedra (cell 0)",
+            "it is for squares, triangles and tetrahedra",
+        ],
+    ),
+    (
+        "formula_quadrilaterals",
+        13,
+        [
+            "calibration.formula: van_gelder is for triangles, and this is a quadrilateral (cell 0)",
+            "squares at nu = 1/3 have \"lloyd\"",
+        ],
+    ),
+    (
+        "formula_hexahedra_van_gelder",
+        13,
+        [
+            "calibration.formula: van_gelder is for tetrahedra, and this is a hexahedron (cell 0)",
+            "hexahedra have no formula",
+        ],
+    ),
+    (
+        "snapshot_empty",
+        14,
+        ["calibration.acceleration.snapshots[0]: no state is given", "give one of stretch, gradient, loads"],
+    ),
+    (
+        "snapshot_two",
+        14,
+        [
+            "calibration.acceleration.snapshots[0]: stretch and loads are given together",
+            "give one of stretch, gradient, loads",
+        ],
+    ),
+    (
+        "snapshot_zero",
+        14,
+        ["calibration.acceleration.snapshots[0].stretch: [0.0, 0.0] moves nothing", "give a number that is not zero"],
+    ),
+    (
+        "snapshot_dimension",
+        14,
+        ["calibration.acceleration.snapshots[0].stretch: 3 numbers for a body in 2D", "give 2, one for each direction"],
+    ),
+    (
+        "snapshot_row",
+        14,
+        [
+            "calibration.acceleration.snapshots[0].gradient[1]: 1 numbers for a body in 2D",
+            "give 2, one for each direction",
+        ],
+    ),
+    (
+        "snapshot_large",
+        14,
+        ["calibration.acceleration.snapshots[0].stretch: 20 is out of range", "0.1 is a strain of 10 %"],
+    ),
+    (
+        "snapshot_history",
+        14,
+        ["calibration.acceleration.snapshots[0].loads: [] is no load history", "give fractions that are not zero"],
+    ),
+    ("snapshot_key", 14, ["strech", "did you mean \"stretch\"?"]),
+    (
+        "snapshot_rests",
+        16,
+        [
+            "calibration.acceleration.snapshots: the springs of group +0 keep their length",
+            "add a snapshot that stretches them",
+        ],
+    ),
+    (
+        "snapshot_groups",
+        14,
+        ["calibration.objective: the equations do not determine", "use fewer groups, or more and different snapshots"],
+    ),
     ("overflow", 5, ["line 5: the number is too large", "floating-point numbers end near 1.8e308"]),
     ("patch_folder", 3, ["patches: not a regular file", "give a patch file"]),
     ("patch_knots_count", 3, ["patches/knots_count.json: line 4, points: 9 control points", "one for every node"]),
@@ -259,6 +398,7 @@ const WRONG_INPUT: &[Expectation] = &[
 
 /// The numbers do not allow it: exit status 3.
 const WRONG_NUMBERS: &[Expectation] = &[
+    ("loose_fit", 0, ["the network that the objective acceleration gives is a mechanism: node", "along"]),
     ("mechanism", 12, ["the spring network is a mechanism: node 13 can move along x", "use a topology with diagonals"]),
     ("patch_folded", 2, ["element [2, 1] is folded", "move the control points"]),
     (

@@ -1,69 +1,10 @@
 //! The linear objectives on whole problems: experiments 4.I and 4.III of the thesis, R2 of the verification list.
 
 use springfit::calibration::errors::Errors;
-use springfit::calibration::objectives::acceleration::{Force, State, Target};
-use springfit::calibration::optimisers::least_squares;
 use springfit::clock::Progress;
-use springfit::geometry::dofs::{DofMap, FIXED};
-use springfit::geometry::grid::Grid;
+use springfit::report::reproduce::release;
 use springfit::scene::{self, Source};
-use springfit::springs::weighting::{Law, Weighting, coefficients};
-use springfit::springs::{force, grouping, topology};
 use springfit::study::{self, Study};
-
-/// Forces that springs of stiffness (500, 400) put against a state, on the free degrees of freedom.
-fn resistance(
-    network: &springfit::springs::network::Network,
-    kinds: &grouping::Grouping,
-    dofs: &DofMap,
-    displacement: &[[f64; 3]],
-) -> Vec<f64> {
-    let mut resistance = vec![0.0; dofs.len()];
-    for (spring, &kind) in network.springs.iter().zip(&kinds.group_of) {
-        let [a, b] = spring.nodes.map(|node| node as usize);
-        let at = |node: usize| [0, 1, 2].map(|c| network.positions[node][c] + displacement[node][c]);
-        let pull = force::elastic([500.0, 400.0][kind as usize], spring.length, at(a), at(b));
-        for (node, sign) in [(a, -1.0), (b, 1.0)] {
-            for (&dof, pull) in dofs.free(node).iter().zip(pull).filter(|(dof, _)| **dof != FIXED) {
-                resistance[dof as usize] += sign * pull;
-            }
-        }
-    }
-    resistance
-}
-
-/// Experiment 4.I: a membrane of 2 m x 2 m made of springs (500, 400), 2 kg in all, released from one state.
-fn recover(n: usize, held: impl Fn([usize; 3]) -> bool, displace: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
-    let grid = Grid::new(&[n, n]);
-    let spacing = 2.0 / (n - 1) as f64;
-    let place = |node: usize| {
-        let [i, j, _] = grid.index(node);
-        [i as f64 * spacing, j as f64 * spacing, 0.0]
-    };
-    let positions: Vec<[f64; 3]> = (0..grid.len()).map(place).collect();
-    let fixed: Vec<[bool; 3]> = (0..grid.len()).map(|node| [held(grid.index(node)); 3]).collect();
-    let dofs = DofMap::untied(2, &fixed);
-    let network = (topology::find("grid").expect("in the table").connect)(&grid, &positions, &dofs);
-    let kinds = (grouping::find("kind").expect("in the table").group)(&network, 0.5).expect("kinds need no gamma");
-    let free = |node: usize| fixed[node] == [false; 3];
-    let displacement: Vec<[f64; 3]> =
-        (0..grid.len()).map(|node| if free(node) { displace(positions[node]) } else { [0.0; 3] }).collect();
-    let resistance = resistance(&network, &kinds, &dofs, &displacement);
-    let states = [State { name: "release".into(), displacement, resistance }];
-    let coefficients = coefficients(&network, Weighting::Springs, Law::Stiffness);
-    let masses = vec![2.0 / grid.len() as f64; grid.len()];
-    let target = Target {
-        network: &network,
-        coefficients: &coefficients,
-        dofs: &dofs,
-        masses: &masses,
-        states: &states,
-        force: Force::Full,
-    };
-    let reduced = target.reduce(&kinds).expect("both kinds pull");
-    assert!((reduced.distance(&[0.0, 0.0]) - 100.0).abs() < 1e-12);
-    least_squares::solve(&reduced, &[1e4; 2]).expect("two columns")
-}
 
 #[test]
 fn r2_experiment_4_i_is_recovered_exactly() {
@@ -71,12 +12,13 @@ fn r2_experiment_4_i_is_recovered_exactly() {
     let wave = |[x, y, _]: [f64; 3]| [0.05 * (2.0 * x + y).sin(), 0.04 * (x * y).cos(), 0.0];
     let left = |[i, ..]: [usize; 3]| i == 0;
     let found = [
-        recover(9, left, stretch),
-        recover(5, left, stretch),
-        recover(9, left, wave),
-        recover(9, |[i, j, _]| i % 8 == 0 || j % 8 == 0, wave),
+        release::recover(9, &left, &stretch),
+        release::recover(5, &left, &stretch),
+        release::recover(9, &left, &wave),
+        release::recover(9, &|[i, j, _]| i % 8 == 0 || j % 8 == 0, &wave),
     ];
-    for phi in found {
+    for found in found {
+        let phi = found.expect("both kinds pull");
         let error = (phi[0] / 500.0 - 1.0).abs().max((phi[1] / 400.0 - 1.0).abs());
         println!("{phi:?}: {error:e}");
         assert!(error <= 1e-12, "{phi:?}");

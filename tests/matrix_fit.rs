@@ -4,17 +4,19 @@ use nalgebra_sparse::CsrMatrix;
 use springfit::calibration::objectives::matrix::{Reading, Target};
 use springfit::calibration::optimisers::least_squares;
 use springfit::geometry::dofs::DofMap;
+use springfit::geometry::mesh::{CellKind, Mesh};
 use springfit::geometry::patch::Patch;
 use springfit::geometry::shapes::{self, ShapeRequest};
 use springfit::reference::material::{Material, Plane};
-use springfit::reference::methods::nurbs;
+use springfit::reference::methods::{self, MethodBody, nurbs};
+use springfit::reference::points::IntegrationPoints;
 use springfit::reference::stiffness;
 use springfit::sparse::cholesky::Symbolic;
 use springfit::springs::affine::{AffineStiffness, pattern};
 use springfit::springs::grouping::Grouping;
 use springfit::springs::network::Network;
 use springfit::springs::weighting::{Law, Weighting, coefficients};
-use springfit::springs::{grouping, topology};
+use springfit::springs::{formulas, grouping, topology};
 
 /// E and t of the cell: not 1, so that a missing factor shows.
 const YOUNG: f64 = 15e3;
@@ -147,5 +149,92 @@ fn a_matrix_of_springs_is_recovered() {
         let phi = least_squares::solve(&reduced, &[1e5; 3]).expect("three columns");
         assert!(phi.iter().zip(truth).all(|(p, t)| (p - t).abs() <= 1e-12 * 500.0), "{phi:?}");
         assert!(reduced.distance(&phi) < 1e-12, "{}", reduced.distance(&phi));
+    }
+}
+
+/// A mesh of one cell.
+fn one(kind: CellKind, positions: &[[f64; 3]]) -> Mesh {
+    let mut mesh = Mesh::new(kind.dimension(), positions.to_vec());
+    mesh.push(kind, &(0..positions.len() as u32).collect::<Vec<_>>());
+    mesh
+}
+
+/// Stiffness of each kind by a fit of one cell, and by Lloyd's formula for every spring.
+fn fit_and_formula(method: &str, mesh: &Mesh, thickness: f64, poisson: f64, reading: Reading) -> (Vec<f64>, Vec<f64>) {
+    let body = element(method, mesh, thickness, poisson);
+    let reduced = body.target(reading).reduce(&body.kinds);
+    let fitted = least_squares::solve(&reduced, &vec![1e9; reduced.groups()]).expect("independent columns");
+    let given = formulas::Given {
+        mesh,
+        network: &body.network,
+        dofs: &body.dofs,
+        young: YOUNG,
+        poisson,
+        thickness,
+        plane_strain: false,
+    };
+    (fitted, formulas::find("lloyd").expect("in the table").stiffness(&given).expect("a regular cell"))
+}
+
+#[test]
+fn thesis_3_13_formulas_of_lloyd_are_the_fits_of_one_regular_cell() {
+    let side = 0.6;
+    let (height, s) = (side * 0.75_f64.sqrt(), side / 8.0_f64.sqrt());
+    let triangle = one(CellKind::Triangle, &[[0.0; 3], [side, 0.0, 0.0], [side / 2.0, height, 0.0]]);
+    let square = one(CellKind::Quadrilateral, &[[0.0; 3], [side, 0.0, 0.0], [side, side, 0.0], [0.0, side, 0.0]]);
+    let tetrahedron = one(CellKind::Tetrahedron, &[[s, s, s], [s, -s, -s], [-s, s, -s], [-s, -s, s]]);
+    let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
+
+    for reading in [Reading::Full, Reading::OffDiagonal] {
+        let (fitted, formula) = fit_and_formula("t3", &triangle, THICKNESS, 1.0 / 3.0, reading);
+        assert!(formula.iter().all(|&k| near(k, fitted[0])), "{fitted:?} {formula:?}");
+        assert!(near(fitted[0], 3_f64.sqrt() / 4.0 * YOUNG * THICKNESS));
+    }
+    let (fitted, formula) = fit_and_formula("q4", &square, THICKNESS, 1.0 / 3.0, Reading::OffDiagonal);
+    let edges = formula.iter().filter(|&&k| near(k, fitted[0])).count();
+    let diagonals = formula.iter().filter(|&&k| near(k, fitted[1])).count();
+    assert_eq!((edges, diagonals), (4, 2), "{fitted:?} {formula:?}");
+    let (fitted, formula) = fit_and_formula("t4", &tetrahedron, 1.0, 0.25, Reading::Full);
+    assert!(formula.iter().all(|&k| near(k, fitted[0])), "{fitted:?} {formula:?}");
+    // the other reading
+    let (fitted, _) = fit_and_formula("t4", &tetrahedron, 1.0, 0.25, Reading::OffDiagonal);
+    assert!(near(fitted[0], 2_f64.sqrt() / 12.0 * YOUNG * side), "{fitted:?}");
+}
+
+/// Two right triangles and a tetrahedron by hand.
+#[test]
+fn thesis_3_14_van_gelder_by_hand() {
+    let van_gelder = formulas::find("van_gelder").expect("in the table");
+    let stiffness = |mesh: &Mesh, thickness: f64| {
+        let method = if mesh.dimension() == 2 { "t3" } else { "t4" };
+        let body = element(method, mesh, thickness, 0.2);
+        let given = formulas::Given {
+            mesh,
+            network: &body.network,
+            dofs: &body.dofs,
+            young: YOUNG,
+            poisson: 0.2,
+            thickness,
+            plane_strain: false,
+        };
+        let k = van_gelder.stiffness(&given).expect("simplices");
+        let mut of: Vec<([u32; 2], f64)> = body.network.springs.iter().map(|spring| spring.nodes).zip(k).collect();
+        of.iter_mut().for_each(|(nodes, _)| nodes.sort_unstable());
+        of.sort_by_key(|(nodes, _)| *nodes);
+        of
+    };
+    let mut plane = Mesh::new(2, vec![[0.0; 3], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]]);
+    plane.push(CellKind::Triangle, &[0, 1, 2]);
+    plane.push(CellKind::Triangle, &[0, 2, 3]);
+    let plate = YOUNG * THICKNESS;
+    // areas 1 and 1; lengths 2, sqrt 5 (shared), 1, 1, 2
+    let expected = [([0, 1], 0.25), ([0, 2], 2.0 / 5.0), ([0, 3], 1.0), ([1, 2], 1.0), ([2, 3], 0.25)];
+    for ((nodes, k), (ends, number)) in stiffness(&plane, THICKNESS).into_iter().zip(expected) {
+        assert!(nodes == ends && (k / plate - number).abs() < 1e-14, "{nodes:?} {k}");
+    }
+    let corner = one(CellKind::Tetrahedron, &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 3.0]]);
+    let expected = [1.0, 1.0, 1.0 / 9.0, 0.5, 0.1, 0.1].map(|number| 0.5 * number);
+    for ((nodes, k), number) in stiffness(&corner, 1.0).into_iter().zip(expected) {
+        assert!((k / YOUNG - number).abs() < 1e-14, "{nodes:?} {k}");
     }
 }

@@ -59,9 +59,9 @@ enum Command {
         #[command(subcommand)]
         what: bench::Bench,
     },
-    /// Print tables of the thesis, theirs beside ours
+    /// Print tables and experiments of the thesis, theirs beside ours
     Reproduce {
-        /// Numbers of the tables, such as 5.2; all when none is given
+        /// Numbers, such as 4.I or 5.2; all when none is given
         id: Vec<String>,
         /// Print JSON
         #[arg(long)]

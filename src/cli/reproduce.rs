@@ -18,11 +18,11 @@ pub fn run(ids: &[String], json: bool) -> Result<()> {
     let progress = Arc::new(Progress::default());
     stop_on_interrupt(&progress);
     let watcher = Watcher::start(Arc::clone(&progress), std::io::stderr().is_terminal());
-    let rows = reproduce::run(ids, &progress);
+    let found = reproduce::run(ids, &progress);
     drop(watcher);
-    let rows = rows?;
+    let found = found?;
     match json {
-        true => terminal::print(&format!("{:#}", json!(rows))),
-        false => terminal::print(reproduce::table(&rows).trim()),
+        true => terminal::print(&format!("{:#}", json!(found.rows))),
+        false => terminal::print(found.text.trim()),
     }
 }

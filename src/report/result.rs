@@ -55,7 +55,9 @@ struct Calibration<'a> {
     e_rms: f64,
     e_max: f64,
     /// What the optimiser made small, percent: e_rms again for the objective displacement; none for a formula.
+    #[serde(skip_serializing_if = "Option::is_none")]
     objective_error: Option<f64>,
+    /// The part of K_ref that no spring answers for, percent; only for the objective matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     outside_pattern: Option<f64>,
     global_strain: GlobalStrain,
@@ -98,6 +100,7 @@ struct Row<'a> {
     groups: usize,
     e_rms: f64,
     e_max: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
     objective_error: Option<f64>,
     evaluations: u64,
     refactorisations: u64,
@@ -131,6 +134,7 @@ struct Solver<'a> {
     fallbacks: u64,
     /// Relative difference of the optimiser's error and the error that the direct solve confirms; none where the optimiser
     /// made another error small.
+    #[serde(skip_serializing_if = "Option::is_none")]
     e_rms_difference: Option<f64>,
 }
 

@@ -62,14 +62,17 @@ pub struct Given<'a> {
     pub plane_strain: bool,
 }
 
+/// The shares of a cell, from its kind, the distances of its corners in the order of [`pairs`] (m) and its measure:
+/// stiffness of the spring between each two corners, N/m.
+type Share = fn(&Given, CellKind, &[f64], f64) -> Result<Vec<f64>>;
+
 /// A formula, chosen by its name.
 pub struct Formula {
     /// The word in the scene.
     pub name: &'static str,
     /// What it is, in a line.
     pub doc: &'static str,
-    /// Shares of a cell: stiffness of the spring between each two corners, N/m, in the order of [`pairs`].
-    share: fn(&Given, CellKind, &[f64], f64) -> Result<Vec<f64>>,
+    share: Share,
 }
 
 /// All formulas.

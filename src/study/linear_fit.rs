@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::geometry::dofs::FIXED;
 use crate::geometry::grid_mesh::mesh_of_grid;
 use crate::geometry::mesh::{CellKind, Mesh};
-use crate::reference::{mass, stiffness};
+use crate::reference::{Case, mass, stiffness};
 use crate::scene::{Masses, Plane, Scene, Snapshot};
 use crate::springs::formulas;
 use crate::springs::grouping::Grouping;
@@ -24,6 +24,7 @@ use crate::springs::grouping::Grouping;
 use super::body::Body;
 use super::continuum::Continuum;
 use super::fit::Given;
+use super::loads::LoadCase;
 use super::network::Lattice;
 
 /// What springs are compared with, the same for every grouping.
@@ -112,18 +113,7 @@ fn states(given: &Given) -> Result<Vec<acceleration::State>> {
     let mut states = Vec::new();
     for (i, snapshot) in settings.snapshots.iter().enumerate() {
         match snapshot {
-            Snapshot { loads: Some(fractions), .. } => {
-                for (case, solved) in given.loads.iter().zip(&given.reference.cases).filter(|(case, _)| case.fit) {
-                    for fraction in fractions {
-                        let u: Vec<f64> = solved.displacement.iter().map(|u| u * fraction).collect();
-                        states.push(state(
-                            given.body,
-                            format!("{fraction} of {}", case.name),
-                            given.body.dofs.expand(&u),
-                        )?);
-                    }
-                }
-            }
+            Snapshot { loads: Some(fractions), .. } => states.extend(history(given, fractions)),
             Snapshot { stretch, gradient, .. } => {
                 let gradient = match (stretch, gradient) {
                     (Some(stretch), _) => diagonal(stretch),
@@ -135,6 +125,21 @@ fn states(given: &Given) -> Result<Vec<acceleration::State>> {
         }
     }
     Ok(states)
+}
+
+/// The static states of the fitted load cases at some fractions of their loads; there the continuum resists with the load.
+fn history(given: &Given, fractions: &[f64]) -> Vec<acceleration::State> {
+    let scaled = |values: &[f64], by: f64| -> Vec<f64> { values.iter().map(|value| value * by).collect() };
+    let fitted = given.loads.iter().zip(&given.reference.cases).filter(|(case, _)| case.fit);
+    let of_case = |(case, solved): (&LoadCase, &Case)| -> Vec<acceleration::State> {
+        let state = |&fraction: &f64| acceleration::State {
+            name: format!("{fraction} of {}", case.name),
+            displacement: given.body.dofs.expand(&scaled(&solved.displacement, fraction)),
+            resistance: scaled(&case.load.forces, fraction),
+        };
+        fractions.iter().map(state).collect()
+    };
+    fitted.flat_map(of_case).collect()
 }
 
 /// The matrix with these numbers on its diagonal.
@@ -156,7 +161,7 @@ fn affine(positions: &[[f64; 3]], gradient: &[Vec<f64>]) -> Vec<[f64; 3]> {
     positions.iter().map(at).collect()
 }
 
-/// A state with the force K_ref u of the continuum in it.
+/// A state of all nodes with the force K_ref u of the continuum in it.
 fn state(body: &Body, name: String, displacement: Vec<[f64; 3]>) -> Result<acceleration::State> {
     let forces = stiffness::internal_forces(&body.integration_points()?, body.lame, &displacement)?;
     let mut resistance = vec![0.0; body.dofs.len()];

@@ -15,7 +15,7 @@ use crate::sparse::cholesky::Symbolic;
 
 use super::body::Body;
 use super::network::Lattice;
-use super::{body, fit, loads, network};
+use super::{body, fit, linear_fit, loads, network};
 
 /// Floating-point operations a second and core that supernodal factorisations of these sizes reach on a common machine;
 /// for estimates only.
@@ -121,7 +121,13 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
         memory_bytes,
         seconds,
         steps: steps(&scene, body.method, loads.iter().filter(|case| case.fit).count(), loads.len(), problems),
-        warnings: body.warnings.iter().chain(&lattice.warnings).cloned().collect(),
+        warnings: body
+            .warnings
+            .iter()
+            .chain(&lattice.warnings)
+            .cloned()
+            .chain(linear_fit::warning(&scene, &body))
+            .collect(),
         scene,
     })
 }
