@@ -10,6 +10,7 @@
 //! | [`supports`] | do the supports hold the body |
 //! | [`statics`] | K u = f with a checked backward error |
 //! | [`matrix_free`] | K u = f on fine meshes: conjugate gradients on a K that is applied and not stored |
+//! | [`modes`] | the lowest natural frequencies |
 //! | [`stress`] | displacement and stress at a place |
 //!
 //! [`Reference::solve`] puts them together and chooses between the two ways to solve. The room does not know that springs exist.
@@ -18,6 +19,7 @@ pub mod loads;
 pub mod material;
 pub mod matrix_free;
 pub mod methods;
+pub mod modes;
 pub mod points;
 mod quadrature;
 pub mod statics;

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::geometry::patch::{Patch, ShapeFunctions};
+use crate::reference::material::Lame;
 
 /// Elements handled by one task of a parallel loop: enough to forget the cost of starting it.
 const ELEMENTS_PER_TASK: usize = 64;
@@ -54,6 +55,34 @@ impl ElementPoints {
     }
 }
 
+/// What of the material acts in an element. A method may integrate shear and volume change over different elements that
+/// cover the body twice; only the shear elements then stand for its volume.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// All of it.
+    Whole,
+    /// mu only.
+    Shear,
+    /// lambda only.
+    Volume,
+}
+
+impl Part {
+    /// The constants that are left.
+    pub fn of(self, lame: Lame) -> Lame {
+        match self {
+            Self::Whole => lame,
+            Self::Shear => Lame { lambda: 0.0, ..lame },
+            Self::Volume => Lame { mu: 0.0, ..lame },
+        }
+    }
+
+    /// True where the element stands for volume of the body.
+    pub fn has_mass(self) -> bool {
+        self != Self::Volume
+    }
+}
+
 /// How a method fills the points of one element.
 pub(super) type Fill<'a> = Box<dyn Fn(usize, &mut ElementPoints) -> Result<()> + Send + Sync + 'a>;
 
@@ -64,6 +93,8 @@ pub struct IntegrationPoints<'a> {
     thickness: f64,
     acting: Vec<Vec<u32>>,
     fill: Fill<'a>,
+    /// Empty when every element has the whole material.
+    parts: Vec<Part>,
     splines: Option<(&'a Patch, usize)>,
     warnings: Vec<String>,
 }
@@ -73,13 +104,24 @@ impl<'a> IntegrationPoints<'a> {
     /// order in which `fill` writes their shape functions. `thickness` (m) is what `fill` multiplies areas with, 1 in
     /// three dimensions.
     pub(super) fn new(dimension: usize, nodes: usize, thickness: f64, acting: Vec<Vec<u32>>, fill: Fill<'a>) -> Self {
-        Self { dimension, nodes, thickness, acting, fill, splines: None, warnings: Vec::new() }
+        Self { dimension, nodes, thickness, acting, fill, parts: Vec::new(), splines: None, warnings: Vec::new() }
     }
 
     /// The same points with a remark for the user.
     pub(super) fn with_warning(mut self, warning: String) -> Self {
         self.warnings.push(warning);
         self
+    }
+
+    /// The same points with the part of the material that acts in each element.
+    pub(super) fn with_parts(mut self, parts: Vec<Part>) -> Self {
+        self.parts = parts;
+        self
+    }
+
+    /// What of the material acts in an element.
+    pub fn part(&self, element: usize) -> Part {
+        self.parts.get(element).copied().unwrap_or(Part::Whole)
     }
 
     /// The same points, known to be those of a patch with `extra` Gauss points beyond degree + 1 in each direction.
@@ -151,7 +193,10 @@ impl<'a> IntegrationPoints<'a> {
     /// # Errors
     /// Those of [`IntegrationPoints::fill`].
     pub fn measure(&self) -> Result<f64> {
-        let volumes = self.map(|_, points| points.volumes.iter().sum::<f64>())?;
+        let volumes = self.map(|element, points| match self.part(element).has_mass() {
+            true => points.volumes.iter().sum::<f64>(),
+            false => 0.0,
+        })?;
         Ok(volumes.iter().sum::<f64>() / self.thickness)
     }
 }

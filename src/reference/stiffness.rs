@@ -146,6 +146,7 @@ pub fn stiffness(points: &IntegrationPoints, lame: Lame, dofs: &DofMap, pattern:
     assemble(pattern, points.elements(), Workspace::default, |e, work: &mut Workspace, matrix: &mut ElementMatrix| {
         points.fill(e, &mut work.points)?;
         element_dofs(points.acting(e), dofs, &mut matrix.dofs);
+        let lame = points.part(e).of(lame);
         element(&work.points, points.dimension(), lame, &mut work.products, &mut matrix.values);
         Ok(())
     })
@@ -163,7 +164,7 @@ pub fn internal_forces(points: &IntegrationPoints, lame: Lame, displacement: &[[
         let acting = points.acting(e);
         let mut forces = vec![[0.0; 3]; acting.len()];
         for (q, gradients) in filled.gradients.chunks_exact(acting.len().max(1)).enumerate() {
-            let stress = lame.stress(&displacement_gradient(acting, gradients, displacement));
+            let stress = points.part(e).of(lame).stress(&displacement_gradient(acting, gradients, displacement));
             for (force, gradient) in forces.iter_mut().zip(gradients) {
                 for (f, row) in force.iter_mut().zip(&stress).take(points.dimension()) {
                     *f += filled.volumes[q] * (row[0] * gradient[0] + row[1] * gradient[1] + row[2] * gradient[2]);

@@ -1,0 +1,5 @@
+//! The acceptance list of smoothed finite elements, against numbers of an independent implementation
+//! (`smoothed_fem.json`), against exact states of stress, and against themselves by differences.
+
+mod bodies;
+mod linear;
