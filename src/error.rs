@@ -68,6 +68,23 @@ pub enum Error {
         /// Largest accepted one.
         limit: f64,
     },
+    /// Newton's method found no equilibrium under large displacements.
+    #[error(
+        "no equilibrium at {:.0} % of the load: {reason}, {residual:.2e} of the largest force is out of balance after {iterations} iterations, allowed {tolerance:.0e}",
+        100.0 * load
+    )]
+    NoEquilibrium {
+        /// Share of the load, 1 for all of it.
+        load: f64,
+        /// What stopped the search.
+        reason: &'static str,
+        /// Largest force out of balance, relative to the largest force.
+        residual: f64,
+        /// Largest accepted one.
+        tolerance: f64,
+        /// Iterations done.
+        iterations: usize,
+    },
     /// The user stopped the run.
     #[error("interrupted")]
     Interrupted,
@@ -88,6 +105,7 @@ impl Error {
                 Some("support more nodes, or use a topology with diagonals".into())
             }
             Self::Inaccurate { .. } => Some("reduce the spread of the stiffness, or repair flat cells".into()),
+            Self::NoEquilibrium { .. } => Some("apply the load in more steps, or reduce it".into()),
             Self::Interrupted => None,
         }
     }
@@ -99,7 +117,8 @@ impl Error {
             Self::FoldedElement { .. }
             | Self::NotPositiveDefinite { .. }
             | Self::Mechanism { .. }
-            | Self::Inaccurate { .. } => 3,
+            | Self::Inaccurate { .. }
+            | Self::NoEquilibrium { .. } => 3,
             Self::Interrupted => 130,
         }
     }

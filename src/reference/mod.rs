@@ -7,6 +7,7 @@
 //! | [`methods`] | how each method fills them: isogeometric |
 //! | [`stiffness`] | element stiffness, its pattern and its assembly |
 //! | [`loads`] | forces on nodes, tractions, body forces |
+//! | [`corotational`] | large rotations: energy, forces and tangents by domain, and their equilibrium |
 //! | [`supports`] | do the supports hold the body |
 //! | [`statics`] | K u = f with a checked backward error |
 //! | [`matrix_free`] | K u = f on fine meshes: conjugate gradients on a K that is applied and not stored |
@@ -15,6 +16,7 @@
 //!
 //! [`Reference::solve`] puts them together and chooses between the two ways to solve. The room does not know that springs exist.
 
+pub mod corotational;
 pub mod loads;
 pub mod material;
 pub mod matrix_free;
@@ -22,6 +24,7 @@ pub mod methods;
 pub mod modes;
 pub mod points;
 mod quadrature;
+mod ragged;
 pub mod statics;
 pub mod stiffness;
 pub mod stress;

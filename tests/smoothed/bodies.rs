@@ -1,6 +1,7 @@
 //! The cantilever of the reference numbers: mesh, methods, supports, masses, loads.
 
 use nalgebra_sparse::CsrMatrix;
+use nalgebra_sparse::na::DMatrix;
 use serde_json::Value;
 use springfit::geometry::dofs::DofMap;
 use springfit::geometry::mesh::Mesh;
@@ -129,4 +130,35 @@ pub fn solve_quadratic(mesh: &Mesh, poisson: f64) -> Answer {
 
 pub fn smoothed_domains(mesh: &Mesh, smoothing: Smoothing) -> Domains {
     smoothed::domains(mesh, smoothing, 1.0).expect("a box of tetrahedra")
+}
+
+/// Every method of the acceptance list on one mesh, with the places of its nodes.
+pub fn every_method(mesh: &Mesh) -> Vec<(&'static str, Domains, Vec<[f64; 3]>)> {
+    let corners = mesh.positions().to_vec();
+    let mut all: Vec<_> =
+        METHODS.iter().map(|&(name, smoothing)| (name, smoothed_domains(mesh, smoothing), corners.clone())).collect();
+    let selective = smoothed::selective(mesh, Smoothing::Face, Smoothing::Node, 1.0).expect("tetrahedra");
+    all.push(("selective", selective, corners));
+    let quadratic = t10::Quadratic::new(mesh).expect("tetrahedra").positions;
+    all.push(("t10", t10::domains(mesh).expect("positive"), quadratic));
+    all
+}
+
+/// A matrix as a dense one.
+pub fn dense(matrix: &CsrMatrix<f64>) -> DMatrix<f64> {
+    let mut dense = DMatrix::zeros(matrix.nrows(), matrix.ncols());
+    matrix.triplet_iter().for_each(|(i, j, &value)| dense[(i, j)] = value);
+    dense
+}
+
+/// Degrees of freedom of a body that nothing holds.
+pub fn free(nodes: usize) -> DofMap {
+    DofMap::untied(3, &vec![[false; 3]; nodes])
+}
+
+/// The stiffness of domains over degrees of freedom, at rest.
+pub fn linear_stiffness(domains: Domains, lame: Lame, dofs: &DofMap) -> CsrMatrix<f64> {
+    let points = domains.into_points();
+    let pattern = stiffness::pattern(&points, dofs);
+    stiffness::stiffness(&points, lame, dofs, &pattern).expect("no folds")
 }

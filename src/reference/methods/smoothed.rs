@@ -27,7 +27,6 @@
 mod carriers;
 mod cells;
 mod domains;
-mod ragged;
 
 pub use cells::Cells;
 pub use domains::{Acting, Domains, Member};

@@ -14,8 +14,8 @@ use crate::geometry::mesh::Mesh;
 use crate::reference::methods::smoothed::Smoothing;
 use crate::reference::methods::smoothed::carriers::{Incidence, incidences};
 use crate::reference::methods::smoothed::cells::Cells;
-use crate::reference::methods::smoothed::ragged::Ragged;
 use crate::reference::points::{ElementPoints, IntegrationPoints, Part};
+use crate::reference::ragged::Ragged;
 
 /// A cell in a domain.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -153,6 +153,16 @@ impl Domains {
     /// The nodes that act in a domain.
     pub fn acting(&self, domain: usize) -> &[Acting] {
         self.acting.row(domain)
+    }
+
+    /// The acting nodes of all domains, one domain after the other.
+    pub fn all_acting(&self) -> &[Acting] {
+        self.acting.items()
+    }
+
+    /// Where the acting nodes of a domain stand among all.
+    pub fn acting_range(&self, domain: usize) -> std::ops::Range<usize> {
+        self.acting.range(domain)
     }
 
     /// Volume of a domain in m^3, with the thickness in two dimensions.

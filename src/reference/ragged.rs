@@ -34,8 +34,25 @@ impl<T> Ragged<T> {
         &mut self.items[self.starts[self.starts.len() - 1] as usize..]
     }
 
+    /// All items, row after row.
+    pub fn items(&self) -> &[T] {
+        &self.items
+    }
+
     /// Where a row stands among all items.
     pub fn range(&self, i: usize) -> std::ops::Range<usize> {
         self.starts[i] as usize..self.starts[i + 1] as usize
+    }
+}
+
+impl<T: Copy> Ragged<T> {
+    /// `rows` rows from pairs of a row and an item; within a row the items keep their order.
+    pub fn gather(rows: usize, pairs: impl Iterator<Item = (u32, T)>) -> Self {
+        let mut pairs: Vec<(u32, T)> = pairs.collect();
+        pairs.sort_by_key(|pair| pair.0);
+        let mut starts = vec![0; rows + 1];
+        pairs.iter().for_each(|pair| starts[pair.0 as usize + 1] += 1);
+        (0..rows).for_each(|row| starts[row + 1] += starts[row]);
+        Self { starts, items: pairs.into_iter().map(|pair| pair.1).collect() }
     }
 }
