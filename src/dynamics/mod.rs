@@ -3,5 +3,7 @@
 //! | file | idea |
 //! |---|---|
 //! | [`model`] | what an integrator sees of a body that moves |
+//! | [`forces`] | forces of springs at any stretch and turn |
 
+pub mod forces;
 pub mod model;
