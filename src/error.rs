@@ -85,6 +85,42 @@ pub enum Error {
         /// Iterations done.
         iterations: usize,
     },
+    /// A time step above the limit of stability.
+    #[error("the step of {step:e} s is unstable with {integrator}: {reason}")]
+    UnstableStep {
+        /// Name of the integrator.
+        integrator: &'static str,
+        /// The step asked for, s.
+        step: f64,
+        /// The limit, in words with numbers.
+        reason: String,
+        /// What to do.
+        help: String,
+    },
+    /// Newton's method did not find the end of a time step.
+    #[error(
+        "step {step} did not converge: residual {residual:.2e} after {iterations} iterations of Newton's method, allowed {tolerance:.0e}"
+    )]
+    NotConverged {
+        /// Number of the step, from 1.
+        step: u64,
+        /// Largest force out of balance, relative to the largest force.
+        residual: f64,
+        /// Largest accepted one.
+        tolerance: f64,
+        /// Iterations done.
+        iterations: usize,
+    },
+    /// The motion grew without bound.
+    #[error("the motion blew up at step {step}, {time:e} s: {what}")]
+    BlowUp {
+        /// Number of the step, from 1.
+        step: u64,
+        /// Time at its end, s.
+        time: f64,
+        /// What gave it away.
+        what: String,
+    },
     /// The user stopped the run.
     #[error("interrupted")]
     Interrupted,
@@ -106,6 +142,9 @@ impl Error {
             }
             Self::Inaccurate { .. } => Some("reduce the spread of the stiffness, or repair flat cells".into()),
             Self::NoEquilibrium { .. } => Some("apply the load in more steps, or reduce it".into()),
+            Self::UnstableStep { help, .. } => Some(help.clone()),
+            Self::NotConverged { .. } => Some("reduce dynamics.step".into()),
+            Self::BlowUp { .. } => Some("reduce dynamics.step, or take an implicit integrator".into()),
             Self::Interrupted => None,
         }
     }
@@ -118,7 +157,10 @@ impl Error {
             | Self::NotPositiveDefinite { .. }
             | Self::Mechanism { .. }
             | Self::Inaccurate { .. }
-            | Self::NoEquilibrium { .. } => 3,
+            | Self::NoEquilibrium { .. }
+            | Self::UnstableStep { .. }
+            | Self::NotConverged { .. }
+            | Self::BlowUp { .. } => 3,
             Self::Interrupted => 130,
         }
     }

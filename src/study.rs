@@ -1,6 +1,6 @@
 //! From a scene to a calibrated network: the method, step by step.
 //!
-//! 1. the body: patch, held and tied control points ([`body`]);
+//! 1. the body: a patch or a mesh ([`continuum`]), held and tied nodes ([`body`]);
 //! 2. the forces of every load case ([`loads`]);
 //! 3. the continuum reference: K_ref u_ref = f;
 //! 4. the springs on the same nodes, and one analysis of their pattern ([`network`]);
@@ -11,6 +11,7 @@
 //! This is the only room that knows all rooms below.
 
 pub mod body;
+pub mod continuum;
 pub mod fit;
 pub mod loads;
 pub mod network;
@@ -21,11 +22,9 @@ use std::path::{Path, PathBuf};
 use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
 use crate::export::{self, Calibrated, EXPORTERS};
-use crate::reference::Reference;
+use crate::reference::{Reference, mass};
 use crate::scene::{Masses, Scene};
-use crate::sparse::ordering::nested_dissection;
-
-use crate::springs::{damping, masses, solver};
+use crate::springs::{damping, solver};
 
 use body::Body;
 use fit::{Calibration, Given};
@@ -56,7 +55,7 @@ pub struct Study {
 
 /// What a simulator needs beside stiffness.
 pub struct DynamicsData {
-    /// Mass of every control point, kg (0 where it is tied to another).
+    /// Mass of every node, kg (0 where it is tied to another).
     pub masses: Vec<f64>,
     /// Damping of every spring (4.18), N s/m; absent without alpha.
     pub damping: Option<Vec<f64>>,
@@ -76,7 +75,7 @@ impl Study {
             .collect();
         let calibrated = Calibrated {
             name: &self.scene.name,
-            patch: &self.body.patch,
+            body: self.body.continuum.exported(),
             network: &self.lattice.network,
             dofs: &self.body.dofs,
             grouping: &self.calibration.grouping,
@@ -141,9 +140,8 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
 
 /// The continuum under all loads.
 fn solve_reference(body: &Body, loads: &[LoadCase]) -> Result<Reference> {
-    let points = body.integration_points();
-    let reach = *body.patch.degree().iter().max().unwrap_or(&1);
-    let order = body.dofs.order(&nested_dissection(body.grid().extents(), reach, body.closed()));
+    let points = body.integration_points()?;
+    let order = body.reference_order(&points)?;
     let forces: Vec<_> = loads.iter().map(|case| case.load.clone()).collect();
     Reference::solve(&points, body.lame, &body.dofs, order, &forces)
 }
@@ -155,10 +153,10 @@ fn dynamics_data(scene: &Scene, body: &Body, lattice: &Lattice, found: &Calibrat
         .material
         .density
         .ok_or_else(|| Error::input("material.density", "is missing", "[dynamics] needs the mass density in kg/m^3"))?;
-    let shares = body.element_shares()?;
+    let points = body.integration_points()?;
     let masses = match dynamics.masses {
-        Masses::Element => masses::equal_shares(&body.dofs, &shares.nodes, &shares.measures, density),
-        Masses::Lumped => masses::lumped(&body.dofs, &shares.nodes, &shares.integrals, density),
+        Masses::Element => mass::equal_shares(&points, density, &body.dofs)?,
+        Masses::Lumped => mass::lumped(&points, density, &body.dofs)?,
     };
     let damping = dynamics.alpha.map(|alpha| damping::coefficients(&lattice.network, &found.stiffness, &masses, alpha));
     Ok(Some(DynamicsData { masses, damping }))

@@ -34,7 +34,7 @@ pub struct Document<'a> {
 
 #[derive(Debug, Serialize)]
 struct Reference {
-    method: String,
+    method: &'static str,
     path: &'static str,
     iterations: u64,
     compliance: f64,
@@ -171,7 +171,7 @@ fn reference(study: &Study) -> Reference {
         Path::Iterative { iterations, .. } => ("iterative", iterations.iter().map(|&count| count as u64).sum()),
     };
     Reference {
-        method: study.scene.reference.method.clone(),
+        method: study.body.method.name,
         path,
         iterations,
         compliance: case.compliance,

@@ -24,7 +24,7 @@ pub fn run(study: &Study) -> String {
     ));
     line(format!(
         "reference: {}, measure {:.6}, u_max {:.6} m, backward error {:.1e}, {:.3} s",
-        study.scene.reference.method,
+        study.body.method.name,
         study.reference.measure,
         study.reference.cases.iter().fold(0.0, |a: f64, c| a.max(c.u_max)),
         study.reference.backward_error,

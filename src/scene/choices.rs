@@ -4,6 +4,7 @@
 
 use crate::calibration::optimiser;
 use crate::error::{Error, Result};
+use crate::reference::methods;
 use crate::springs::{grouping, topology};
 
 use crate::geometry::shapes;
@@ -31,7 +32,7 @@ pub struct Kind {
 /// Every table, in the order of the scene.
 pub const KINDS: &[Kind] = &[
     Kind { name: "shapes", key: "geometry.shape", choices: shape_choices },
-    Kind { name: "methods", key: "reference.method", choices: || METHODS.to_vec() },
+    Kind { name: "methods", key: "reference.method", choices: method_choices },
     Kind { name: "topologies", key: "springs.topology", choices: topology_choices },
     Kind { name: "groupings", key: "springs.grouping", choices: grouping_choices },
     Kind { name: "objectives", key: "calibration.objective", choices: || OBJECTIVES.to_vec() },
@@ -41,6 +42,10 @@ pub const KINDS: &[Kind] = &[
 
 fn shape_choices() -> Vec<Choice> {
     shapes::SHAPES.iter().map(|shape| Choice { name: shape.name, doc: shape.doc }).collect()
+}
+
+fn method_choices() -> Vec<Choice> {
+    methods::METHODS.iter().map(|method| Choice { name: method.name, doc: method.doc }).collect()
 }
 
 fn topology_choices() -> Vec<Choice> {
@@ -54,8 +59,6 @@ fn grouping_choices() -> Vec<Choice> {
 fn optimiser_choices() -> Vec<Choice> {
     optimiser::OPTIMISERS.iter().map(|optimiser| Choice { name: optimiser.name, doc: optimiser.doc }).collect()
 }
-
-const METHODS: &[Choice] = &[Choice { name: "iga", doc: "isogeometric: the NURBS of the body carry the displacement" }];
 
 const OBJECTIVES: &[Choice] =
     &[Choice { name: "displacement", doc: "root mean square displacement error in percent of the largest (5.7)" }];
@@ -128,7 +131,6 @@ mod tests {
         let calibration = super::super::Calibration::default();
         let springs = super::super::Springs::default();
         for (key, name) in [
-            ("reference.method", super::super::Reference::default().method),
             ("springs.topology", springs.topology),
             ("springs.grouping", springs.grouping),
             ("calibration.objective", calibration.objective),

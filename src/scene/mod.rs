@@ -33,7 +33,7 @@ use serde::{Deserialize, Serialize};
 
 pub use body::{Axis, BoxRegion, Geometry, Material, Support};
 pub use calibration::{Annealing, Calibration, Gamma, GammaSweep, GaussNewton};
-pub use check::{check, check_body};
+pub use check::{check, check_body, check_method};
 pub use choices::{Choice, KINDS, Kind};
 pub use load::{Load, PointForce, Traction};
 pub use located::{Located, Source};

@@ -33,7 +33,7 @@ pub use domains::{Acting, Domains, Member};
 
 use crate::error::Result;
 use crate::geometry::mesh::Mesh;
-use crate::reference::points::Part;
+use crate::reference::points::{IntegrationPoints, Part};
 
 /// What carries a domain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -75,4 +75,36 @@ pub fn domains(mesh: &Mesh, smoothing: Smoothing, thickness: f64) -> Result<Doma
 /// As [`domains`].
 pub fn selective(mesh: &Mesh, shear: Smoothing, volume: Smoothing, thickness: f64) -> Result<Domains> {
     Domains::averaged(mesh, thickness, &[(shear, Part::Shear), (volume, Part::Volume)])
+}
+
+/// Face smoothing of a mesh, for the table of methods; as [`domains`].
+///
+/// # Errors
+/// As [`domains`].
+pub fn face_points(mesh: &Mesh, thickness: f64) -> Result<IntegrationPoints<'_>> {
+    Ok(domains(mesh, Smoothing::Face, thickness)?.into_points())
+}
+
+/// Edge smoothing of a mesh, for the table of methods; as [`domains`].
+///
+/// # Errors
+/// As [`domains`].
+pub fn edge_points(mesh: &Mesh, thickness: f64) -> Result<IntegrationPoints<'_>> {
+    Ok(domains(mesh, Smoothing::Edge, thickness)?.into_points())
+}
+
+/// Node smoothing of a mesh, for the table of methods; as [`domains`].
+///
+/// # Errors
+/// As [`domains`].
+pub fn node_points(mesh: &Mesh, thickness: f64) -> Result<IntegrationPoints<'_>> {
+    Ok(domains(mesh, Smoothing::Node, thickness)?.into_points())
+}
+
+/// Shear over faces, volume change over nodes, for the table of methods; as [`selective`].
+///
+/// # Errors
+/// As [`domains`].
+pub fn selective_points(mesh: &Mesh, thickness: f64) -> Result<IntegrationPoints<'_>> {
+    Ok(selective(mesh, Smoothing::Face, Smoothing::Node, thickness)?.into_points())
 }
