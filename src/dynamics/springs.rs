@@ -11,8 +11,10 @@
 //! (how the damping force turns with the spring is left out of K_s: it is not symmetric).
 //!
 //! Whatever the motion, K_s <= k 1 and C_s <= c 1, since n n^T <= 1 and 1 - l0 / l < 1. With K and C made of k 1 and c 1
-//! ([`SpringModel::isotropic`]) the limit of [`super::stability`] is therefore one for every state of the network, the price
+//! ([`isotropic`]) the limit of [`super::stability`] is therefore one for every state of the network, the price
 //! being that it is smaller than the limit at rest.
+
+use std::sync::OnceLock;
 
 use nalgebra_sparse::CsrMatrix;
 
@@ -25,6 +27,9 @@ use super::forces::SpringForces;
 use super::linear::{Damping, LinearModel};
 use super::model::Model;
 use super::stability::Linearised;
+
+/// Ends of the four blocks of a spring in a matrix, and their signs.
+const BLOCKS: [(usize, usize, f64); 4] = [(0, 0, 1.0), (1, 1, 1.0), (0, 1, -1.0), (1, 0, -1.0)];
 
 /// A spring as its tangents need it.
 #[derive(Debug, Clone, Copy)]
@@ -39,12 +44,12 @@ struct Bar {
 #[derive(Debug, Clone)]
 pub struct SpringModel<'a> {
     dofs: &'a DofMap,
-    rest: &'a [[f64; 3]],
+    network: &'a Network,
     forces: SpringForces,
     bars: Vec<Bar>,
     masses: Vec<f64>,
-    node_masses: Vec<f64>,
-    pattern: Pattern,
+    /// Made when it is asked for: explicit steps need none.
+    pattern: OnceLock<Pattern>,
     rounding: f64,
     /// Places, velocities and forces of the nodes.
     places: Vec<[f64; 3]>,
@@ -80,11 +85,10 @@ impl<'a> SpringModel<'a> {
         let zero = vec![[0.0; 3]; masses.len()];
         Self {
             dofs,
-            rest: &network.positions,
+            network,
             forces: SpringForces::new(network, of.stiffness, of.damping),
             masses: (0..dofs.len()).map(|dof| masses[dofs.owner(dof).0]).collect(),
-            node_masses: masses.to_vec(),
-            pattern: affine::pattern(network, dofs),
+            pattern: OnceLock::new(),
             // the lengths of some ten springs around a node are each off by a few units in the last place
             rounding: 64.0 * f64::EPSILON * strongest,
             bars,
@@ -103,34 +107,11 @@ impl<'a> SpringModel<'a> {
         LinearModel::new(&matrix.expect("one value for each entry of the pattern"), damping, masses)
     }
 
-    /// A body that is at least as stiff and as damped as the network in any of its states: every spring acts in all
-    /// directions with its k and c. One unknown a node, since all directions are alike.
-    pub fn isotropic(&self) -> Linearised {
-        let free: Vec<usize> =
-            self.dofs.masters().filter(|&node| self.dofs.free(node).iter().any(|&dof| dof != FIXED)).collect();
-        let mut unknown = vec![FIXED; self.rest.len()];
-        free.iter().enumerate().for_each(|(i, &node)| unknown[node] = i as u32);
-        let ends: Vec<[u32; 2]> = self.bars.iter().map(|bar| bar.nodes.map(|node| unknown[node as usize])).collect();
-        let pattern = Pattern::from_cliques(free.len(), ends.iter().map(|ends| ends.as_slice()));
-        let (mut stiffness, mut damping) = (vec![0.0; pattern.entries()], vec![0.0; pattern.entries()]);
-        for (bar, ends) in self.bars.iter().zip(&ends) {
-            for (p, q, sign) in [(0, 0, 1.0), (1, 1, 1.0), (0, 1, -1.0), (1, 0, -1.0)] {
-                if ends[p] != FIXED && ends[q] != FIXED {
-                    let place = pattern.position(ends[p] as usize, ends[q] as usize).expect("ends of a spring couple");
-                    stiffness[place] += sign * bar.stiffness;
-                    damping[place] += sign * bar.damping;
-                }
-            }
-        }
-        let masses = free.iter().map(|&node| self.node_masses[node]).collect();
-        Linearised { pattern, stiffness, damping, masses, symbolic: None }
-    }
-
     /// Moves the nodes: places = rest + u, with velocities v.
     fn place(&mut self, u: &[f64], v: &[f64]) {
         for dof in 0..self.dofs.len() {
             let (node, component) = self.dofs.owner(dof);
-            self.places[node][component] = self.rest[node][component] + u[dof];
+            self.places[node][component] = self.network.positions[node][component] + u[dof];
             self.velocities[node][component] = v[dof];
         }
     }
@@ -141,6 +122,34 @@ impl<'a> SpringModel<'a> {
         let d = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
         (d, (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt())
     }
+}
+
+/// A body that is at least as stiff and as damped as the network in any of its states: every spring acts in all
+/// directions with its k and c. One unknown a node, since all directions are alike. `masses` is one for each node, kg.
+///
+/// # Panics
+/// When there is not one mass for every node and one coefficient for every spring.
+pub fn isotropic(network: &Network, dofs: &DofMap, of: Coefficients, masses: &[f64]) -> Linearised {
+    assert_eq!(network.positions.len(), masses.len(), "one mass for every node");
+    assert_eq!(network.springs.len(), of.stiffness.len(), "one stiffness for every spring");
+    let moves = |&node: &usize| dofs.free(node).iter().any(|&dof| dof != FIXED);
+    let free: Vec<usize> = dofs.masters().filter(moves).collect();
+    let mut unknown = vec![FIXED; masses.len()];
+    free.iter().enumerate().for_each(|(i, &node)| unknown[node] = i as u32);
+    let ends: Vec<[u32; 2]> = network.springs.iter().map(|s| s.nodes.map(|node| unknown[node as usize])).collect();
+    let pattern = Pattern::from_cliques(free.len(), ends.iter().map(|ends| ends.as_slice()));
+    let (mut stiffness, mut damping) = (vec![0.0; pattern.entries()], vec![0.0; pattern.entries()]);
+    for (s, ends) in ends.iter().enumerate() {
+        for (p, q, sign) in BLOCKS {
+            if ends[p] != FIXED && ends[q] != FIXED {
+                let place = pattern.position(ends[p] as usize, ends[q] as usize).expect("ends of a spring couple");
+                stiffness[place] += sign * of.stiffness[s];
+                damping[place] += sign * of.damping.map_or(0.0, |damping| damping[s]);
+            }
+        }
+    }
+    let masses = free.iter().map(|&node| masses[node]).collect();
+    Linearised { pattern, stiffness, damping, masses, symbolic: None }
 }
 
 impl Model for SpringModel<'_> {
@@ -155,7 +164,7 @@ impl Model for SpringModel<'_> {
     fn elastic_energy(&mut self, u: &[f64]) -> f64 {
         for (dof, u) in u.iter().enumerate() {
             let (node, component) = self.dofs.owner(dof);
-            self.places[node][component] = self.rest[node][component] + u;
+            self.places[node][component] = self.network.positions[node][component] + u;
         }
         self.forces.energy(&self.places)
     }
@@ -181,13 +190,14 @@ impl Model for SpringModel<'_> {
     }
 
     fn pattern(&self) -> &Pattern {
-        &self.pattern
+        self.pattern.get_or_init(|| affine::pattern(self.network, self.dofs))
     }
 
     fn tangent(&mut self, u: &[f64], v: &[f64], stiffness: &mut [f64], damping: &mut [f64]) {
         self.place(u, v);
         stiffness.fill(0.0);
         damping.fill(0.0);
+        let pattern = self.pattern();
         for bar in &self.bars {
             let (d, length) = self.stretch(bar);
             if length == 0.0 {
@@ -195,11 +205,11 @@ impl Model for SpringModel<'_> {
             }
             let n = d.map(|d| d / length);
             let sideways = bar.stiffness * (1.0 - bar.length / length);
-            for (p, q, sign) in [(0, 0, 1.0), (1, 1, 1.0), (0, 1, -1.0), (1, 0, -1.0)] {
+            for (p, q, sign) in BLOCKS {
                 let [rows, columns] = [p, q].map(|end| self.dofs.free(bar.nodes[end] as usize));
                 for (i, &row) in rows.iter().enumerate().filter(|(_, dof)| **dof != FIXED) {
                     for (j, &column) in columns.iter().enumerate().filter(|(_, dof)| **dof != FIXED) {
-                        let place = self.pattern.position(row as usize, column as usize).expect("ends couple");
+                        let place = pattern.position(row as usize, column as usize).expect("ends couple");
                         let along = n[i] * n[j];
                         let across = f64::from(u8::from(i == j)) - along;
                         stiffness[place] += sign * (bar.stiffness * along + sideways * across);

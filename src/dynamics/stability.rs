@@ -26,7 +26,7 @@
 //! matrix is positive definite.
 //!
 //! The limit is that of small motion about the state. Springs that turn and stretch can be stiffer in other directions;
-//! `SpringModel::isotropic` (in [`super::springs`]) bounds them all.
+//! [`super::springs::isotropic`] bounds them all.
 
 use nalgebra_sparse::CsrMatrix;
 
@@ -96,6 +96,12 @@ impl Linearised {
         model.tangent(u, &vec![0.0; u.len()], &mut stiffness, &mut damping);
         let (pattern, masses) = (model.pattern().clone(), model.masses().to_vec());
         Self { pattern, stiffness, damping, masses, symbolic }
+    }
+
+    /// The same body with the damping divided by alpha, or without damping.
+    pub fn with_damping_over(&self, alpha: Option<f64>) -> Self {
+        let factor = alpha.map_or(0.0, f64::recip);
+        Self { damping: self.damping.iter().map(|c| c * factor).collect(), ..self.clone() }
     }
 
     fn is_damped(&self) -> bool {

@@ -4,7 +4,8 @@ use nalgebra_sparse::{CooMatrix, CsrMatrix};
 use springfit::dynamics::external::External;
 use springfit::dynamics::integrator::{self, Integrator};
 use springfit::dynamics::linear::{Damping, LinearModel};
-use springfit::dynamics::springs::{Coefficients, SpringModel};
+use springfit::dynamics::springs::{Coefficients, SpringModel, isotropic};
+use springfit::dynamics::stability::Linearised;
 use springfit::dynamics::stepper::{Settings, Stepper};
 use springfit::geometry::dofs::DofMap;
 use springfit::geometry::grid::Grid;
@@ -50,6 +51,14 @@ impl Body {
         let damping: Option<Vec<f64>> = alpha.map(|alpha| self.damping.iter().map(|c| c / alpha).collect());
         let of = Coefficients { stiffness: &self.stiffness, damping: damping.as_deref() };
         SpringModel::new(&self.network, &self.dofs, of, &self.masses)
+    }
+}
+
+impl Body {
+    /// The bound on all states with this alpha.
+    pub fn isotropic(&self, alpha: f64) -> Linearised {
+        let of = Coefficients { stiffness: &self.stiffness, damping: Some(&self.damping) };
+        isotropic(&self.network, &self.dofs, of, &self.masses).with_damping_over(Some(alpha))
     }
 }
 

@@ -241,7 +241,7 @@ fn two_thread_counts_give_the_same_bits() {
 fn the_isotropic_bound_holds_for_turned_and_stretched_networks() {
     let body = shape("cube");
     let mut model = body.model(Some(20.0));
-    let bound = limit(&model.isotropic()).expect("a limit").damped;
+    let bound = limit(&body.isotropic(20.0)).expect("a limit").damped;
     let n = model.unknowns();
     let rest = limit(&Linearised::at(&mut model, &vec![0.0; n], None)).expect("a limit").damped;
     assert!(bound < rest);
