@@ -10,8 +10,9 @@
 //! | newmark (1/4, 1/2) | 2 | kept | none |
 //! | midpoint | 2 | kept | none |
 //! | implicit_euler | 1 | falls by 1/(1 + omega^2 h^2) a step | none |
+//! | semi_implicit_euler | 1 | as implicit Euler, one linear solve a step on any body | none on linear ones |
 
-use super::integrators::{central_difference, implicit_euler, leapfrog, midpoint, newmark};
+use super::integrators::{central_difference, implicit_euler, leapfrog, midpoint, newmark, semi_implicit_euler};
 use super::stepper::Stepper;
 use crate::error::Result;
 
@@ -76,6 +77,12 @@ pub const INTEGRATORS: &[Integrator] = &[
         doc: "implicit, first order, damps fast motion whatever the step",
         stability: Stability::Unconditional,
         advance: implicit_euler::advance,
+    },
+    Integrator {
+        name: "semi_implicit_euler",
+        doc: "one linear solve a step with the tangents at its start; implicit Euler on a linear body",
+        stability: Stability::Unconditional,
+        advance: semi_implicit_euler::advance,
     },
     Integrator {
         name: "midpoint",

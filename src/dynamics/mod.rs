@@ -6,6 +6,7 @@
 //! | [`linear`] | K, C and M of a linear body |
 //! | [`forces`] | forces of springs at any stretch and turn |
 //! | [`springs`] | a network with those forces, and its tangents |
+//! | [`corotational`] | an elastic body at any turn |
 //! | [`external`] | external forces in time |
 //! | [`integrator`] | the table of integrators; [`integrators`] has a file for each |
 //! | [`stepper`] | a body on its way: state, accounts, one step after the other |
@@ -15,6 +16,7 @@
 //! | [`energy`] | the energies of a motion and their balance |
 //! | [`motion`] | a motion, recorded |
 
+pub mod corotational;
 pub mod eigen;
 pub mod energy;
 pub mod external;

@@ -5,4 +5,5 @@ mod algebra;
 mod bodies;
 mod corotational;
 mod linear;
+mod motion;
 mod push;

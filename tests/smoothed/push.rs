@@ -109,13 +109,18 @@ fn a_body_in_a_heap_recovers_or_says_why_not() {
 fn places_that_are_no_numbers_end_with_a_reason() {
     let mesh = beam([2, 1, 1], 0.0, 1);
     let mut body = held(smoothed_domains(&mesh, Smoothing::Face), mesh.positions(), clamped(mesh.positions()));
-    for bad in [f64::NAN, f64::INFINITY, 1e200] {
+    for bad in [f64::NAN, f64::INFINITY] {
         let mut start = vec![0.0; body.dofs().len()];
         start[4] = bad;
         let found = statics::solve(&mut body, &vec![0.0; start.len()], &start, SEARCH);
         assert!(matches!(found, Err(Error::NoEquilibrium { .. })), "{bad}: {found:?}");
         assert!(!body.inversion(&start).is_sound());
     }
+    // what is finite is brought back to a size that a body has, if not always to rest
+    let mut start = vec![0.0; body.dofs().len()];
+    start[4] = 1e100;
+    let found = relax(&mut body, &start).expect("finite");
+    assert!(found.displacement.iter().all(|u| u.abs() < 1.0) && body.inversion(&found.displacement).is_sound());
     let zeros = vec![0.0; body.dofs().len()];
     let sound = statics::solve(&mut body, &zeros, &zeros, SEARCH);
     assert_eq!(sound.expect("at rest").iterations, 0);

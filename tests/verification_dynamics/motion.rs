@@ -42,6 +42,7 @@ fn every_integrator_converges_with_its_order_on_linear_bodies_and_on_springs() {
                 ("central_difference", 2.0),
                 ("newmark", 2.0),
                 ("implicit_euler", 1.0),
+                ("semi_implicit_euler", 1.0),
                 ("midpoint", 2.0),
             ] {
                 let errors = [400, 800].map(|steps| distance(&model(&mut |m| end(m, name, 0.2, steps, FREE)), &exact));
@@ -50,7 +51,7 @@ fn every_integrator_converges_with_its_order_on_linear_bodies_and_on_springs() {
             }
         }
     }
-    assert_eq!(INTEGRATORS.len(), 5, "every integrator is here");
+    assert_eq!(INTEGRATORS.len(), 6, "every integrator is here");
 }
 
 /// A recorded run of a model from a displacement.

@@ -42,13 +42,14 @@ fn d1_discrete_frequency_laws() {
             ("newmark", average, 1.0),
             ("midpoint", average, 1.0),
             ("implicit_euler", euler, factor),
+            ("semi_implicit_euler", euler, factor),
         ] {
             let [found, damped] = laws(name, step);
             assert!((found - ratio).abs() < 1e-12, "{name} at {step}: ratio {found}, not {ratio}");
             assert!((damped - amplitude).abs() < 1e-12, "{name} at {step}: factor {damped}, not {amplitude}");
         }
     }
-    assert_eq!(INTEGRATORS.len(), 5, "every integrator has its law here");
+    assert_eq!(INTEGRATORS.len(), 6, "every integrator has its law here");
 }
 
 #[test]

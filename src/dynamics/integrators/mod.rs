@@ -5,3 +5,4 @@ pub mod implicit_euler;
 pub mod leapfrog;
 pub mod midpoint;
 pub mod newmark;
+pub mod semi_implicit_euler;
