@@ -61,7 +61,7 @@ enum Command {
     },
     /// Print tables of the thesis, theirs beside ours
     Reproduce {
-        /// Numbers of the tables, such as 5.2; all when none is given
+        /// Numbers of the tables, such as 5.2; all when none is given. "smoothed" compares smoothed finite elements
         id: Vec<String>,
         /// Print JSON
         #[arg(long)]

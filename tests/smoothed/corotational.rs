@@ -44,7 +44,9 @@ fn forces(body: &mut Corotational, places: &[[f64; 3]]) -> Vec<[f64; 3]> {
 fn acceptance_a_rigid_motion_has_no_force() {
     for (name, domains, positions) in every_method(&beam([4, 2, 2], 0.4, 2)) {
         let mut body = body(domains);
-        for (angles, far) in [([2.0, -0.7, 1.1], 3.0), ([3.141_592, 0.0, 0.0], 100.0), ([0.1, 1.5, -3.0], 0.0)] {
+        for (angles, far) in
+            [([2.0, -0.7, 1.1], 3.0), ([std::f64::consts::PI, 0.0, 0.0], 100.0), ([0.1, 1.5, -3.0], 0.0)]
+        {
             let turn = Rotation3::from_euler_angles(angles[0], angles[1], angles[2]).into_inner();
             let places: Vec<[f64; 3]> =
                 positions.iter().map(|x| (turn * Vector3::from(*x) + Vector3::from_element(far)).into()).collect();

@@ -54,14 +54,13 @@ fn name(nodes: &[u32], set: usize) -> [u32; CORNERS] {
 
 /// A face lies between two cells at most.
 fn refuse_branching(found: &[Incidence]) -> Result<()> {
-    for group in found.chunk_by(|a, b| a.carrier == b.carrier).filter(|group| group.len() > 2) {
-        let nodes: Vec<u32> = group[0].carrier.iter().copied().filter(|&node| node != NONE).collect();
-        let cells: Vec<u32> = group.iter().map(|incidence| incidence.cell).collect();
-        return Err(Error::input(
-            "geometry",
-            format!("the face {nodes:?} belongs to the {} cells {cells:?}", cells.len()),
-            "a mesh in which a face lies between two cells at most",
-        ));
-    }
-    Ok(())
+    let mut groups = found.chunk_by(|a, b| a.carrier == b.carrier);
+    let Some(group) = groups.find(|group| group.len() > 2) else { return Ok(()) };
+    let nodes: Vec<u32> = group[0].carrier.iter().copied().filter(|&node| node != NONE).collect();
+    let cells: Vec<u32> = group.iter().map(|incidence| incidence.cell).collect();
+    Err(Error::input(
+        "geometry",
+        format!("the face {nodes:?} belongs to the {} cells {cells:?}", cells.len()),
+        "a mesh in which a face lies between two cells at most",
+    ))
 }
