@@ -68,6 +68,59 @@ pub enum Error {
         /// Largest accepted one.
         limit: f64,
     },
+    /// Newton's method found no equilibrium under large displacements.
+    #[error(
+        "no equilibrium at {:.0} % of the load: {reason}, {residual:.2e} of the largest force is out of balance after {iterations} iterations, allowed {tolerance:.0e}",
+        100.0 * load
+    )]
+    NoEquilibrium {
+        /// Share of the load, 1 for all of it.
+        load: f64,
+        /// What stopped the search.
+        reason: &'static str,
+        /// Largest force out of balance, relative to the largest force.
+        residual: f64,
+        /// Largest accepted one.
+        tolerance: f64,
+        /// Iterations done.
+        iterations: usize,
+    },
+    /// A time step above the limit of stability.
+    #[error("the step of {step:e} s is unstable with {integrator}: {reason}")]
+    UnstableStep {
+        /// Name of the integrator.
+        integrator: &'static str,
+        /// The step asked for, s.
+        step: f64,
+        /// The limit, in words with numbers.
+        reason: String,
+        /// What to do.
+        help: String,
+    },
+    /// Newton's method did not find the end of a time step.
+    #[error(
+        "step {step} did not converge: residual {residual:.2e} after {iterations} iterations of Newton's method, allowed {tolerance:.0e}"
+    )]
+    NotConverged {
+        /// Number of the step, from 1.
+        step: u64,
+        /// Largest force out of balance, relative to the largest force.
+        residual: f64,
+        /// Largest accepted one.
+        tolerance: f64,
+        /// Iterations done.
+        iterations: usize,
+    },
+    /// The motion grew without bound.
+    #[error("the motion blew up at step {step}, {time:e} s: {what}")]
+    BlowUp {
+        /// Number of the step, from 1.
+        step: u64,
+        /// Time at its end, s.
+        time: f64,
+        /// What gave it away.
+        what: String,
+    },
     /// The user stopped the run.
     #[error("interrupted")]
     Interrupted,
@@ -88,6 +141,10 @@ impl Error {
                 Some("support more nodes, or use a topology with diagonals".into())
             }
             Self::Inaccurate { .. } => Some("reduce the spread of the stiffness, or repair flat cells".into()),
+            Self::NoEquilibrium { .. } => Some("apply the load in more steps, or reduce it".into()),
+            Self::UnstableStep { help, .. } => Some(help.clone()),
+            Self::NotConverged { .. } => Some("reduce dynamics.step".into()),
+            Self::BlowUp { .. } => Some("reduce dynamics.step, or take an implicit integrator".into()),
             Self::Interrupted => None,
         }
     }
@@ -99,7 +156,11 @@ impl Error {
             Self::FoldedElement { .. }
             | Self::NotPositiveDefinite { .. }
             | Self::Mechanism { .. }
-            | Self::Inaccurate { .. } => 3,
+            | Self::Inaccurate { .. }
+            | Self::NoEquilibrium { .. }
+            | Self::UnstableStep { .. }
+            | Self::NotConverged { .. }
+            | Self::BlowUp { .. } => 3,
             Self::Interrupted => 130,
         }
     }

@@ -10,7 +10,7 @@
 //! | 3 | [`calibration`]: objectives, optimisers, the gamma sweep; [`dynamics`]: bodies and networks in motion |
 //! | 2 | [`mod@reference`]: the elastic body, solved; [`springs`]: networks, groups, the stiffness matrix K(phi) |
 //! | 1 | [`geometry`]: knots, patches, shapes, degrees of freedom |
-//! | 0 | [`sparse`]: patterns, assembly, orders, Cholesky; [`dense`], [`rng`], [`clock`], [`memory`], [`error`] |
+//! | 0 | [`sparse`]: patterns, assembly, orders, Cholesky; [`dense`], [`rng`], [`clock`], [`memory`], [`error`]; `lanes`: eight numbers in a register |
 #![warn(missing_docs)]
 
 pub mod calibration;
@@ -20,6 +20,7 @@ pub mod dynamics;
 pub mod error;
 pub mod export;
 pub mod geometry;
+mod lanes;
 pub mod memory;
 pub mod reference;
 pub mod report;

@@ -6,7 +6,7 @@
 //! 4. the springs on the same nodes, and one analysis of their pattern ([`network`]);
 //! 5. groups and bounds for every gamma, the fit of each (Algorithm 5.1), and the errors under fitted and held-out loads
 //!    ([`fit`], and [`linear_fit`] for the objectives other than the displacement);
-//! 6. masses and damping if the scene asks for dynamics.
+//! 6. masses, damping, safe steps and motions if the scene asks for them ([`mod@motion`]).
 //!
 //! This is the only room that knows all rooms below.
 
@@ -15,6 +15,7 @@ pub mod continuum;
 pub mod fit;
 pub mod linear_fit;
 pub mod loads;
+pub mod motion;
 pub mod network;
 pub mod plan;
 
@@ -23,9 +24,9 @@ use std::path::{Path, PathBuf};
 use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
 use crate::export::{self, Calibrated, EXPORTERS};
-use crate::reference::{Reference, mass};
-use crate::scene::{Masses, Scene};
-use crate::springs::{damping, solver};
+use crate::reference::Reference;
+use crate::scene::Scene;
+use crate::springs::solver;
 
 use body::Body;
 use fit::{Calibration, Given};
@@ -46,20 +47,12 @@ pub struct Study {
     pub lattice: Lattice,
     /// The calibration.
     pub calibration: Calibration,
-    /// Masses and damping, if the scene has `[dynamics]`.
-    pub dynamics: Option<DynamicsData>,
+    /// Masses, damping, safe steps and motions, if the scene has `[dynamics]`.
+    pub dynamics: Option<motion::Dynamics>,
     /// What the user should know.
     pub warnings: Vec<String>,
     /// Seconds of each stage, in order.
     pub seconds: Vec<(&'static str, f64)>,
-}
-
-/// What a simulator needs beside stiffness.
-pub struct DynamicsData {
-    /// Mass of every node, kg (0 where it is tied to another).
-    pub masses: Vec<f64>,
-    /// Damping of every spring (4.18), N s/m; absent without alpha.
-    pub damping: Option<Vec<f64>>,
 }
 
 impl Study {
@@ -132,7 +125,12 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
     }?;
     timed("calibration", watch);
 
-    let dynamics = dynamics_data(&scene, &body, &lattice, &calibration)?;
+    let watch = Stopwatch::start();
+    let given = Given { scene: &scene, body: &body, loads: &loads, reference: &reference, lattice: &lattice };
+    let dynamics = motion::run(given, &calibration, progress)?;
+    if dynamics.is_some() {
+        timed("dynamics", watch);
+    }
     let mut warnings = body.warnings.clone();
     warnings.extend(lattice.warnings.iter().cloned());
     warnings.extend(linear_fit::warning(&scene, &body));
@@ -146,20 +144,4 @@ fn solve_reference(body: &Body, loads: &[LoadCase]) -> Result<Reference> {
     let order = body.reference_order(&points)?;
     let forces: Vec<_> = loads.iter().map(|case| case.load.clone()).collect();
     Reference::solve(&points, body.lame, &body.dofs, order, &forces)
-}
-
-/// Masses (3.11, 3.12) and damping (4.18), if the scene asks for them.
-fn dynamics_data(scene: &Scene, body: &Body, lattice: &Lattice, found: &Calibration) -> Result<Option<DynamicsData>> {
-    let Some(dynamics) = &scene.dynamics else { return Ok(None) };
-    let density = scene
-        .material
-        .density
-        .ok_or_else(|| Error::input("material.density", "is missing", "[dynamics] needs the mass density in kg/m^3"))?;
-    let points = body.integration_points()?;
-    let masses = match dynamics.masses {
-        Masses::Element => mass::equal_shares(&points, density, &body.dofs)?,
-        Masses::Lumped => mass::lumped(&points, density, &body.dofs)?,
-    };
-    let damping = dynamics.alpha.map(|alpha| damping::coefficients(&lattice.network, &found.stiffness, &masses, alpha));
-    Ok(Some(DynamicsData { masses, damping }))
 }

@@ -11,6 +11,7 @@ const FLOORS: &[(&str, u32)] = &[
     ("memory", 0),
     ("clock", 0),
     ("error", 0),
+    ("lanes", 0),
     ("geometry", 1),
     ("reference", 2),
     ("springs", 2),

@@ -61,7 +61,7 @@ enum Command {
     },
     /// Print tables and experiments of the thesis, theirs beside ours
     Reproduce {
-        /// Numbers, such as 4.I or 5.2; all when none is given
+        /// Numbers, such as 4.I or 5.2, or "smoothed"; all of the thesis when none is given
         id: Vec<String>,
         /// Print JSON
         #[arg(long)]

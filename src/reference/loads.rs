@@ -102,7 +102,7 @@ pub fn point(dofs: &DofMap, node: usize, force: [f64; 3]) -> Result<Load> {
 pub fn body_force(points: &IntegrationPoints, dofs: &DofMap, density: &dyn Fn([f64; 3]) -> [f64; 3]) -> Result<Load> {
     let mut filled = ElementPoints::default();
     let mut sums = vec![[0.0; 3]; points.nodes()];
-    for e in 0..points.elements() {
+    for e in (0..points.elements()).filter(|&e| points.part(e).has_mass()) {
         points.fill(e, &mut filled)?;
         let acting = points.acting(e);
         for (q, values) in filled.values.chunks_exact(acting.len().max(1)).enumerate() {

@@ -34,6 +34,7 @@ pub fn consistent(
     let dimension = points.dimension();
     assemble(pattern, points.elements(), ElementPoints::default, |e, filled, matrix: &mut ElementMatrix| {
         points.fill_mass(e, filled)?;
+        let density = if points.part(e).has_mass() { density } else { 0.0 };
         element_dofs(points.acting(e), dofs, &mut matrix.dofs);
         let (nodes, size) = (points.acting(e).len(), points.acting(e).len() * dimension);
         matrix.values.clear();
@@ -57,6 +58,7 @@ pub fn lumped(points: &IntegrationPoints, density: f64, dofs: &DofMap) -> Result
     let shares = points.map(|e, filled| {
         let nodes = points.acting(e).len();
         let mut shares = vec![0.0; nodes];
+        let density = if points.part(e).has_mass() { density } else { 0.0 };
         for (q, values) in filled.values.chunks_exact(nodes.max(1)).enumerate() {
             shares.iter_mut().zip(values).for_each(|(share, value)| *share += density * filled.volumes[q] * value);
         }
@@ -70,7 +72,10 @@ pub fn lumped(points: &IntegrationPoints, density: f64, dofs: &DofMap) -> Result
 /// # Errors
 /// Those of [`IntegrationPoints::fill`].
 pub fn equal_shares(points: &IntegrationPoints, density: f64, dofs: &DofMap) -> Result<Vec<f64>> {
-    let volumes = points.map(|_, filled| filled.volumes.iter().sum::<f64>())?;
+    let volumes = points.map(|e, filled| match points.part(e).has_mass() {
+        true => filled.volumes.iter().sum::<f64>(),
+        false => 0.0,
+    })?;
     Ok(collected(points, dofs, |e, _| density * volumes[e] / points.acting(e).len() as f64))
 }
 

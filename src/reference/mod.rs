@@ -9,20 +9,25 @@
 //! | [`mass`] | consistent and lumped masses, Rayleigh damping |
 //! | [`loads`] | forces on nodes, tractions on faces of a patch, body forces |
 //! | [`side_loads`] | tractions on sides of a mesh |
+//! | [`corotational`] | large rotations: energy, forces and tangents by domain, and their equilibrium |
 //! | [`supports`] | do the supports hold the body |
 //! | [`statics`] | K u = f with a checked backward error |
 //! | [`matrix_free`] | K u = f on fine meshes: conjugate gradients on a K that is applied and not stored |
+//! | [`modes`] | the lowest natural frequencies |
 //! | [`stress`] | displacement and stress at a place |
 //!
 //! [`Reference::solve`] puts them together and chooses between the two ways to solve. The room does not know that springs exist.
 
+pub mod corotational;
 pub mod loads;
 pub mod mass;
 pub mod material;
 pub mod matrix_free;
 pub mod methods;
+pub mod modes;
 pub mod points;
 mod quadrature;
+mod ragged;
 pub mod side_loads;
 pub mod statics;
 pub mod stiffness;

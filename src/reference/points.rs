@@ -25,6 +25,7 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::geometry::patch::{Patch, ShapeFunctions};
+use crate::reference::material::Lame;
 
 /// Elements handled by one task of a parallel loop: enough to forget the cost of starting it.
 const ELEMENTS_PER_TASK: usize = 64;
@@ -90,6 +91,34 @@ impl ElementPoints {
     }
 }
 
+/// What of the material acts in an element. A method may integrate shear and volume change over different elements that
+/// cover the body twice; only the shear elements then stand for its volume.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// All of it.
+    Whole,
+    /// mu only.
+    Shear,
+    /// lambda only.
+    Volume,
+}
+
+impl Part {
+    /// The constants that are left.
+    pub fn of(self, lame: Lame) -> Lame {
+        match self {
+            Self::Whole => lame,
+            Self::Shear => Lame { lambda: 0.0, ..lame },
+            Self::Volume => Lame { mu: 0.0, ..lame },
+        }
+    }
+
+    /// True where the element stands for volume of the body.
+    pub fn has_mass(self) -> bool {
+        self != Self::Volume
+    }
+}
+
 /// How a method fills the points of one element.
 pub(super) type Fill<'a> = Box<dyn Fn(usize, &mut ElementPoints) -> Result<()> + Send + Sync + 'a>;
 
@@ -100,6 +129,8 @@ pub struct IntegrationPoints<'a> {
     thickness: f64,
     acting: Vec<Vec<u32>>,
     fill: Fill<'a>,
+    /// Empty when every element has the whole material.
+    parts: Vec<Part>,
     fill_mass: Option<Fill<'a>>,
     mean_dilatation: bool,
     splines: Option<(&'a Patch, usize)>,
@@ -117,6 +148,7 @@ impl<'a> IntegrationPoints<'a> {
             thickness,
             acting,
             fill,
+            parts: Vec::new(),
             fill_mass: None,
             mean_dilatation: false,
             splines: None,
@@ -140,6 +172,17 @@ impl<'a> IntegrationPoints<'a> {
     pub(super) fn with_warning(mut self, warning: String) -> Self {
         self.warnings.push(warning);
         self
+    }
+
+    /// The same points with the part of the material that acts in each element.
+    pub(super) fn with_parts(mut self, parts: Vec<Part>) -> Self {
+        self.parts = parts;
+        self
+    }
+
+    /// What of the material acts in an element.
+    pub fn part(&self, element: usize) -> Part {
+        self.parts.get(element).copied().unwrap_or(Part::Whole)
     }
 
     /// The same points, known to be those of a patch with `extra` Gauss points beyond degree + 1 in each direction.
@@ -226,7 +269,10 @@ impl<'a> IntegrationPoints<'a> {
     /// # Errors
     /// Those of [`IntegrationPoints::fill`].
     pub fn measure(&self) -> Result<f64> {
-        let volumes = self.map(|_, points| points.volumes.iter().sum::<f64>())?;
+        let volumes = self.map(|element, points| match self.part(element).has_mass() {
+            true => points.volumes.iter().sum::<f64>(),
+            false => 0.0,
+        })?;
         Ok(volumes.iter().sum::<f64>() / self.thickness)
     }
 }

@@ -172,6 +172,7 @@ pub fn stiffness(points: &IntegrationPoints, lame: Lame, dofs: &DofMap, pattern:
     assemble(pattern, points.elements(), Workspace::default, |e, work: &mut Workspace, matrix: &mut ElementMatrix| {
         points.fill(e, &mut work.points)?;
         element_dofs(points.acting(e), dofs, &mut matrix.dofs);
+        let lame = points.part(e).of(lame);
         element(&work.points, points.dimension(), lame, &mut work.products, &mut matrix.values);
         Ok(())
     })
@@ -186,7 +187,7 @@ pub fn stiffness(points: &IntegrationPoints, lame: Lame, dofs: &DofMap, pattern:
 /// Those of [`IntegrationPoints::fill`].
 pub fn internal_forces(points: &IntegrationPoints, lame: Lame, displacement: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
     let parts = points.map(|e, filled| {
-        let acting = points.acting(e);
+        let (acting, lame) = (points.acting(e), points.part(e).of(lame));
         let mut forces = vec![[0.0; 3]; acting.len()];
         let mean_trace = filled.mean_trace(acting, displacement);
         for (q, gradients) in filled.gradients.chunks_exact(acting.len().max(1)).enumerate() {

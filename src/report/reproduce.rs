@@ -87,7 +87,7 @@ pub struct Reproduced {
 pub fn run(ids: &[String], progress: &Progress) -> Result<Reproduced> {
     for id in ids.iter().filter(|id| *id != "all") {
         if !known().contains(&id.as_str()) {
-            let help = format!("the tables are {}, or all", known().join(", "));
+            let help = format!("the tables are {}, or all; {}", known().join(", "), super::smoothed::NAME);
             return Err(Error::input("ID", format!("there is no table {id}"), help));
         }
     }

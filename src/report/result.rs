@@ -10,6 +10,7 @@ use serde::Serialize;
 use crate::calibration::errors::Errors;
 use crate::memory;
 use crate::reference::Path;
+use crate::report::motion::Dynamics;
 use crate::scene::Scene;
 use crate::study::plan::Sizes;
 use crate::study::{Study, fit};
@@ -136,15 +137,6 @@ struct Solver<'a> {
     /// made another error small.
     #[serde(skip_serializing_if = "Option::is_none")]
     e_rms_difference: Option<f64>,
-}
-
-#[derive(Debug, Serialize)]
-struct Dynamics {
-    total_mass: f64,
-    smallest_mass: f64,
-    largest_mass: f64,
-    alpha: Option<f64>,
-    damping: Option<[f64; 2]>,
 }
 
 impl<'a> Document<'a> {
@@ -280,17 +272,5 @@ fn rows(study: &Study) -> Vec<Row<'_>> {
 }
 
 fn dynamics(study: &Study) -> Option<Dynamics> {
-    let data = study.dynamics.as_ref()?;
-    let range = |values: &[f64]| {
-        let positive = values.iter().copied().filter(|value| *value > 0.0);
-        [positive.clone().fold(f64::INFINITY, f64::min), positive.fold(0.0, f64::max)]
-    };
-    let [smallest_mass, largest_mass] = range(&data.masses);
-    Some(Dynamics {
-        total_mass: data.masses.iter().sum(),
-        smallest_mass,
-        largest_mass,
-        alpha: study.scene.dynamics.as_ref().and_then(|dynamics| dynamics.alpha),
-        damping: data.damping.as_deref().map(range),
-    })
+    Some(Dynamics::of(study.dynamics.as_ref()?, study.scene.dynamics.as_ref()?))
 }

@@ -11,8 +11,9 @@ use crate::reference::methods::{self, Method};
 use crate::springs::grouping;
 
 use super::choices::{FACES, known, names};
+use super::dynamics;
 use super::load::LOAD_KINDS;
-use super::{BoxRegion, Dynamics, Gamma, GammaSweep, Geometry, Load, Plane, Reference, Scene, Solver};
+use super::{BoxRegion, Gamma, GammaSweep, Geometry, Load, Plane, Reference, Scene, Solver};
 
 /// Most control points of a grid.
 const MOST_CONTROL_POINTS: usize = 100_000_000;
@@ -36,7 +37,7 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     calibration::check(&scene.calibration)?;
     check_solver(&scene.solver)?;
     if let Some(dynamics) = &scene.dynamics {
-        check_dynamics(dynamics, scene.material.density)?;
+        dynamics::check(scene, dynamics)?;
     }
     if let Some(shape) = scene.geometry.known_shape() {
         check_dimension(scene, shape.dimension)?;
@@ -243,17 +244,6 @@ fn check_solver(solver: &Solver) -> Result<()> {
     Err(Error::input("solver.tolerance", message, format!("give a number from {least:e} to {most:e}")))
 }
 
-fn check_dynamics(dynamics: &Dynamics, density: Option<f64>) -> Result<()> {
-    known("dynamics.integrator", &dynamics.integrator, &names("dynamics.integrator"))?;
-    if let Some(alpha) = dynamics.alpha {
-        positive("dynamics.alpha", alpha)?;
-    }
-    match density {
-        Some(_) => Ok(()),
-        None => Err(Error::input("material.density", "is missing", "masses need it: add material.density in kg/m^3")),
-    }
-}
-
 fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
     let geometry = &scene.geometry;
     length("geometry.size", geometry.size.as_ref().map(Vec::len), dimension)?;
@@ -270,6 +260,8 @@ fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
             known(&format!("load[{i}].traction.face"), &traction.face, &FACES[..2 * dimension])?;
         }
     }
+    let gravity = scene.dynamics.as_ref().and_then(|dynamics| dynamics.gravity.as_ref());
+    length("dynamics.gravity", gravity.map(Vec::len), dimension)?;
     for (i, face) in scene.support.faces.iter().enumerate() {
         known(&format!("support.faces[{i}]"), face, &FACES[..2 * dimension])?;
     }
@@ -326,14 +318,14 @@ fn length(key: &str, found: Option<usize>, dimension: usize) -> Result<()> {
     }
 }
 
-fn positive(key: &str, value: f64) -> Result<()> {
+pub(super) fn positive(key: &str, value: f64) -> Result<()> {
     if value > 0.0 {
         return Ok(());
     }
     Err(Error::input(key, format!("{value} is not positive"), "give a number above 0"))
 }
 
-fn within(key: &str, value: usize, least: usize, most: usize) -> Result<()> {
+pub(super) fn within(key: &str, value: usize, least: usize, most: usize) -> Result<()> {
     if (least..=most).contains(&value) {
         return Ok(());
     }

@@ -3,6 +3,7 @@
 //! A table lists only what is built. A choice gets here with the code behind it.
 
 use crate::calibration::{objectives, optimiser};
+use crate::dynamics::integrator::INTEGRATORS;
 use crate::error::{Error, Result};
 use crate::reference::methods;
 use crate::springs::{formulas, grouping, topology};
@@ -38,7 +39,7 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "objectives", key: "calibration.objective", choices: objective_choices },
     Kind { name: "formulas", key: "calibration.formula", choices: formula_choices },
     Kind { name: "optimisers", key: "calibration.optimiser", choices: optimiser_choices },
-    Kind { name: "integrators", key: "dynamics.integrator", choices: || INTEGRATORS.to_vec() },
+    Kind { name: "integrators", key: "dynamics.integrator", choices: integrator_choices },
 ];
 
 fn shape_choices() -> Vec<Choice> {
@@ -69,8 +70,9 @@ fn optimiser_choices() -> Vec<Choice> {
     optimiser::OPTIMISERS.iter().map(|optimiser| Choice { name: optimiser.name, doc: optimiser.doc }).collect()
 }
 
-const INTEGRATORS: &[Choice] =
-    &[Choice { name: "leapfrog", doc: "the explicit scheme the masses and damping are meant for" }];
+fn integrator_choices() -> Vec<Choice> {
+    INTEGRATORS.iter().map(|integrator| Choice { name: integrator.name, doc: integrator.doc }).collect()
+}
 
 /// Faces of the control grid: first and last index of each direction.
 pub(super) const FACES: [&str; 6] = ["x-", "x+", "y-", "y+", "z-", "z+"];

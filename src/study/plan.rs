@@ -15,7 +15,7 @@ use crate::sparse::cholesky::Symbolic;
 
 use super::body::Body;
 use super::network::Lattice;
-use super::{body, fit, linear_fit, loads, network};
+use super::{body, fit, linear_fit, loads, motion, network};
 
 /// Floating-point operations a second and core that supernodal factorisations of these sizes reach on a common machine;
 /// for estimates only.
@@ -76,6 +76,10 @@ pub struct Plan {
     pub memory_bytes: usize,
     /// Rough time of the run, seconds.
     pub seconds: f64,
+    /// Largest step in s that is safe for small motion whatever the calibration finds; absent where nothing bounds it, and
+    /// where it is not cheap to know.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub safe_step: Option<f64>,
     /// What will be built and what will not, in words.
     pub steps: Vec<String>,
     /// What the user should know.
@@ -113,7 +117,9 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     };
     let memory_bytes = reference.bytes.max(spring_bytes);
     let seconds = reference.seconds * loads.len() as f64 + evaluations * evaluation;
+    let safe_step = motion::limits::before_calibration(&scene, &body, &lattice, &groupings)?;
     Ok(Plan {
+        safe_step,
         sizes: Sizes::of(&body, &lattice, groups),
         sweep: gammas.into_iter().zip(groupings.iter().map(|g| g.groups.len())).collect(),
         problems,
@@ -160,8 +166,7 @@ fn reference_cost(body: &Body, threads: usize) -> Result<ReferenceCost> {
 fn steps(scene: &Scene, method: &Method, fitted: usize, cases: usize, problems: usize) -> Vec<String> {
     let dynamics = match &scene.dynamics {
         None => "no masses, no damping: the scene has no [dynamics]".to_owned(),
-        Some(dynamics) if dynamics.alpha.is_none() => "masses; no damping: [dynamics] has no alpha".to_owned(),
-        Some(_) => "masses and damping".to_owned(),
+        Some(dynamics) => motion::announce(dynamics),
     };
     vec![
         format!("reference: {} with {cases} load case(s), one factorisation", method.name),

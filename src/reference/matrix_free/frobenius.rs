@@ -15,9 +15,9 @@
 use rayon::prelude::*;
 
 use super::geometry::{Body, PLAIN, Space};
-use super::lanes::{Kernel, LANES, Lanes, widest};
 use crate::geometry::dofs::{DofMap, FIXED};
 use crate::geometry::patch::Patch;
+use crate::lanes::{Kernel, LANES, Lanes, widest};
 use crate::reference::material::Lame;
 
 /// Planes of nodes in a slab.

@@ -15,9 +15,10 @@
 use rayon::prelude::*;
 
 use super::direction::{Direction, transposed};
-use super::lanes::{Around, Kernel, LANES, Lanes, contract, contract_last, widest};
+use super::lanes::{Around, contract, contract_last};
 use crate::error::{Error, Result};
 use crate::geometry::patch::Patch;
+use crate::lanes::{Kernel, LANES, Lanes, widest};
 use crate::reference::methods::nurbs;
 
 /// Numbers of a Gauss point: A, then c on rational bodies.

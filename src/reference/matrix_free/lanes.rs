@@ -9,112 +9,8 @@
 //! ```
 //!
 //! T is a number ([`contract`]), or differs from lane to lane in the last direction ([`contract_last`]).
-//!
-//! A [`Kernel`] is compiled once for every kind of registers, and run with the widest that the processor has
-//! ([`widest`]).
 
-/// Elements side by side.
-pub(super) const LANES: usize = 8;
-
-/// One number for each of the elements.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C, align(64))]
-pub(super) struct Lanes(pub [f64; LANES]);
-
-/// No wide registers that we know of.
-const PLAIN: u8 = 0;
-/// Four numbers in a register, fused multiplication and addition.
-const AVX2: u8 = 1;
-/// Eight numbers in a register, fused multiplication and addition.
-const AVX512: u8 = 2;
-
-impl Lanes {
-    /// Zero in all lanes.
-    pub const ZERO: Self = Self([0.0; LANES]);
-
-    /// The same number in all lanes.
-    #[inline(always)]
-    pub fn all(value: f64) -> Self {
-        Self([value; LANES])
-    }
-
-    /// self + a b.
-    #[inline(always)]
-    pub fn plus<const REGISTERS: u8>(self, a: Self, b: Self) -> Self {
-        #[cfg(target_arch = "x86_64")]
-        if REGISTERS != PLAIN {
-            // SAFETY: kernels run with these registers only on processors that have them, see `widest`
-            return unsafe { registers::fused::<REGISTERS>(self, a, b) };
-        }
-        Self(std::array::from_fn(|l| self.0[l] + a.0[l] * b.0[l]))
-    }
-
-    /// a b.
-    #[inline(always)]
-    pub fn times<const REGISTERS: u8>(self, b: Self) -> Self {
-        #[cfg(target_arch = "x86_64")]
-        if REGISTERS != PLAIN {
-            // SAFETY: as above
-            return unsafe { registers::product::<REGISTERS>(self, b) };
-        }
-        Self(std::array::from_fn(|l| self.0[l] * b.0[l]))
-    }
-
-    /// a + b.
-    #[inline(always)]
-    pub fn add<const REGISTERS: u8>(self, b: Self) -> Self {
-        #[cfg(target_arch = "x86_64")]
-        if REGISTERS != PLAIN {
-            // SAFETY: as above
-            return unsafe { registers::sum::<REGISTERS>(self, b) };
-        }
-        Self(std::array::from_fn(|l| self.0[l] + b.0[l]))
-    }
-}
-
-/// The three operations as instructions; the compiler does not find them by itself in loops over eight lanes.
-#[cfg(target_arch = "x86_64")]
-#[expect(clippy::missing_transmute_annotations, reason = "every transmutation is between Lanes and its registers")]
-mod registers {
-    use std::arch::x86_64::*;
-    use std::mem::transmute;
-
-    use super::{AVX512, Lanes};
-
-    #[inline(always)]
-    pub unsafe fn fused<const REGISTERS: u8>(sum: Lanes, a: Lanes, b: Lanes) -> Lanes {
-        unsafe {
-            if REGISTERS == AVX512 {
-                return transmute::<__m512d, Lanes>(_mm512_fmadd_pd(transmute(a), transmute(b), transmute(sum)));
-            }
-            let ([a, c], [b, d], [s, t]): ([__m256d; 2], [__m256d; 2], [__m256d; 2]) =
-                (transmute(a), transmute(b), transmute(sum));
-            transmute([_mm256_fmadd_pd(a, b, s), _mm256_fmadd_pd(c, d, t)])
-        }
-    }
-
-    #[inline(always)]
-    pub unsafe fn product<const REGISTERS: u8>(a: Lanes, b: Lanes) -> Lanes {
-        unsafe {
-            if REGISTERS == AVX512 {
-                return transmute::<__m512d, Lanes>(_mm512_mul_pd(transmute(a), transmute(b)));
-            }
-            let ([a, c], [b, d]): ([__m256d; 2], [__m256d; 2]) = (transmute(a), transmute(b));
-            transmute([_mm256_mul_pd(a, b), _mm256_mul_pd(c, d)])
-        }
-    }
-
-    #[inline(always)]
-    pub unsafe fn sum<const REGISTERS: u8>(a: Lanes, b: Lanes) -> Lanes {
-        unsafe {
-            if REGISTERS == AVX512 {
-                return transmute::<__m512d, Lanes>(_mm512_add_pd(transmute(a), transmute(b)));
-            }
-            let ([a, c], [b, d]): ([__m256d; 2], [__m256d; 2]) = (transmute(a), transmute(b));
-            transmute([_mm256_add_pd(a, b), _mm256_add_pd(c, d)])
-        }
-    }
-}
+use crate::lanes::Lanes;
 
 /// Which tensor a contraction runs over: `before` x (the contracted index) x `after`.
 #[derive(Debug, Clone, Copy)]
@@ -206,43 +102,10 @@ fn contract_last_sized<const REGISTERS: u8>(
     }
 }
 
-/// Work that is compiled once for each kind of registers.
-pub(super) trait Kernel {
-    /// Does the work; inlined into the functions below.
-    fn run<const REGISTERS: u8>(self);
-}
-
-/// Runs a kernel with the widest registers of this processor.
-pub(super) fn widest(kernel: impl Kernel) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-            // SAFETY: the processor has what the function is compiled for
-            return unsafe { with_avx512(kernel) };
-        }
-        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-            // SAFETY: as above
-            return unsafe { with_avx2(kernel) };
-        }
-    }
-    kernel.run::<PLAIN>();
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx2,fma")]
-fn with_avx512(kernel: impl Kernel) {
-    kernel.run::<AVX512>();
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn with_avx2(kernel: impl Kernel) {
-    kernel.run::<AVX2>();
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanes::{LANES, PLAIN};
 
     #[test]
     fn a_contraction_is_a_matrix_product_along_one_index() {

@@ -6,7 +6,7 @@
 //! | file | idea |
 //! |---|---|
 //! | `direction` | one direction: spans, values of its functions at the Gauss points, derivatives between them |
-//! | `lanes` | eight elements side by side, and the contractions with small matrices that all else is made of |
+//! | `lanes` | eight elements side by side: the contractions with small matrices that all else is made of |
 //! | `geometry` | the map of the body at every Gauss point: what makes reference derivatives physical ones |
 //! | `operator` | K x, element by element, by sum factorisation |
 //! | `separable` | the nearest product form of the coefficients, and the preconditioner from it |

@@ -19,8 +19,9 @@ use rayon::prelude::*;
 
 use super::direction::transposed;
 use super::geometry::{Batch, Body, PLAIN, Space, differentiate};
-use super::lanes::{Around, Kernel, Lanes, contract, widest};
+use super::lanes::{Around, contract};
 use crate::geometry::dofs::{DofMap, FIXED};
+use crate::lanes::{Kernel, Lanes, widest};
 use crate::reference::material::Lame;
 
 /// Layers of elements in a slab, at least; never fewer than the degree, so that only neighbours share planes.

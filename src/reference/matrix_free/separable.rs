@@ -35,9 +35,10 @@ use rayon::prelude::*;
 
 use super::direction::Direction;
 use super::geometry::Body;
-use super::lanes::{Around, Kernel, LANES, Lanes, contract, contract_last, widest};
+use super::lanes::{Around, contract, contract_last};
 use crate::geometry::dofs::{DofMap, FIXED};
 use crate::geometry::grid::Grid;
+use crate::lanes::{Kernel, LANES, Lanes, widest};
 use crate::reference::material::Lame;
 use crate::sparse::fast_diagonalisation::{self, FastDiagonalisation, Pencil};
 

@@ -5,6 +5,8 @@
 //! | [`nurbs`] | isogeometric: the splines of the body |
 //! | [`elements`] | finite elements on the cells of a mesh |
 //! | [`cell_rules`] | their shape functions and Gauss points |
+//! | [`smoothed`] | smoothed finite elements on triangles and tetrahedra |
+//! | [`t10`] | quadratic tetrahedra, to measure the others against |
 //!
 //! A method is a line of [`METHODS`]. One more is a file that fills integration points, and a line here: the scene, the
 //! lists and the tests loop over the table.
@@ -12,6 +14,8 @@
 pub mod cell_rules;
 pub mod elements;
 pub mod nurbs;
+pub mod smoothed;
+pub mod t10;
 
 use crate::error::{Error, Result};
 use crate::geometry::mesh::{CellKind, Mesh};
@@ -88,6 +92,31 @@ pub const METHODS: &[Method] = &[
         name: "b8_bbar",
         doc: "b8 with the change of volume averaged over the element, against locking (B-bar)",
         body: MethodBody::Mesh { cells: HEXAHEDRA, points: elements::with_mean_dilatation },
+    },
+    Method {
+        name: "smoothed_face",
+        doc: "tetrahedra with the strain averaged over faces (FS-FEM): softer than t4, hardly more expensive",
+        body: MethodBody::Mesh { cells: &[CellKind::Tetrahedron], points: smoothed::face_points },
+    },
+    Method {
+        name: "smoothed_edge",
+        doc: "tetrahedra with the strain averaged over edges (ES-FEM): nearest to quadratic tetrahedra on coarse meshes",
+        body: MethodBody::Mesh { cells: &[CellKind::Tetrahedron], points: smoothed::edge_points },
+    },
+    Method {
+        name: "smoothed_node",
+        doc: "tetrahedra with the strain averaged over nodes (NS-FEM): softer than the body, for statics",
+        body: MethodBody::Mesh { cells: &[CellKind::Tetrahedron], points: smoothed::node_points },
+    },
+    Method {
+        name: "smoothed_selective",
+        doc: "tetrahedra with shear averaged over faces and volume change over nodes, against locking",
+        body: MethodBody::Mesh { cells: &[CellKind::Tetrahedron], points: smoothed::selective_points },
+    },
+    Method {
+        name: "smoothed_triangle",
+        doc: "triangles with the strain averaged over edges (ES-FEM)",
+        body: MethodBody::Mesh { cells: &[CellKind::Triangle], points: smoothed::edge_points },
     },
 ];
 
