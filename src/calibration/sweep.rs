@@ -107,7 +107,7 @@ pub fn solve(
             reference: shared.reference,
             weights: shared.weights,
         };
-        let worker = || Displacement::with_solver(target, shared.solver);
+        let worker = || Displacement::with_solver(target, shared.solver).watching(&progress.interrupt());
         let make = || -> Box<dyn Objective + '_> { Box::new(worker()) };
         let given = Problem {
             make: &make,
@@ -119,7 +119,8 @@ pub fn solve(
             progress,
         };
         let outcome = (optimiser.run)(&given, settings)?;
-        let mut exact = Displacement::with_solver(target, &exact(&problem.operator, shared.solver));
+        let settings = exact(&problem.operator, shared.solver);
+        let mut exact = Displacement::with_solver(target, &settings).watching(&progress.interrupt());
         let error = exact.error(&outcome.phi)?;
         let error_difference = if error > 0.0 { (outcome.error - error).abs() / error } else { outcome.error };
         let displacement = exact.displacement().to_vec();

@@ -3,4 +3,5 @@
 pub mod annealing;
 pub mod gauss_newton;
 pub mod hybrid;
+pub mod reduced;
 pub mod surrogate;

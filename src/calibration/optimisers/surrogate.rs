@@ -26,7 +26,7 @@ use crate::calibration::objectives::displacement::Displacement;
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint};
 use crate::calibration::optimisers::annealing::{self, Walk};
 use crate::calibration::optimisers::gauss_newton;
-use crate::calibration::surrogate::certificate::Certificate;
+use crate::calibration::surrogate::certificate::{Certificate, assembled};
 use crate::calibration::surrogate::galerkin::Galerkin;
 use crate::calibration::surrogate::walker::{Trust, Walker};
 use crate::clock::Stopwatch;
@@ -60,8 +60,8 @@ const CERTIFIED: usize = 120;
 /// Runs a search for every chain, and the best to its end.
 ///
 /// # Errors
-/// When no chain finds a start with a positive definite K, when the problem is not one of displacements, or on
-/// interruption.
+/// When no chain finds a start with a positive definite K, when the problem is not one of displacements or has no factors,
+/// or on interruption.
 pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
     let Some(worker) = problem.displacement else {
         let help = "the surrogate needs the objective displacement";
@@ -130,12 +130,13 @@ impl<'s, 'a> Search<'s, 'a> {
         mut exact: Displacement<'a>,
         chain: usize,
     ) -> Result<Self> {
+        assembled(&exact.target())?;
         let clock = Stopwatch::start();
         let mut stream = Stream::new(problem.seed, problem.index, chain);
         let mut phi = annealing::start(problem, chain, &mut stream);
         exact.error(&phi)?;
         let error = exact.fit_scale(&mut phi);
-        let basis = Galerkin::new(exact.target())?;
+        let basis = Galerkin::new(exact.target());
         let mut search = Self {
             problem,
             settings,
