@@ -108,7 +108,7 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
 
     let watch = Stopwatch::start();
     progress.enter("reference", 0);
-    let reference = solve_reference(&body, &loads)?;
+    let reference = solve_reference(&body, &loads, progress)?;
     timed("reference", watch);
 
     let watch = Stopwatch::start();
@@ -140,12 +140,12 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
 }
 
 /// The continuum under all loads.
-fn solve_reference(body: &Body, loads: &[LoadCase]) -> Result<Reference> {
+fn solve_reference(body: &Body, loads: &[LoadCase], progress: &Progress) -> Result<Reference> {
     let points = body.integration_points();
     let reach = *body.patch.degree().iter().max().unwrap_or(&1);
     let order = body.dofs.order(&nested_dissection(body.grid().extents(), reach, body.closed()));
     let forces: Vec<_> = loads.iter().map(|case| case.load.clone()).collect();
-    Reference::solve(&points, body.lame, &body.dofs, order, &forces)
+    Reference::solve_watching(&points, body.lame, &body.dofs, order, &forces, &progress.interrupt())
 }
 
 /// Masses (3.11, 3.12) and damping (4.18), if the scene asks for them.

@@ -26,7 +26,7 @@ use super::stencil::{Refusal, Stencil};
 const PIECE: usize = 16_384;
 
 /// Iterations after which a body is too hard for this path.
-pub const LIMIT: usize = 200;
+pub const LIMIT: usize = 600;
 
 /// A backward error that no solve in f64 improves.
 pub const ROUNDING: f64 = 1e-15;

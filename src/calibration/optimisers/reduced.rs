@@ -12,14 +12,19 @@
 //! microseconds ([`crate::calibration::surrogate`]). A round:
 //!
 //! 1. [`gauss_newton::descend`] goes to the bottom of the model inside a trust region.
-//! 2. The place where it ends is solved on the mesh. V y is the guess, so few iterations are left to do.
-//! 3. If the error is lower there, the place is taken and its derivatives join V; otherwise its displacements alone do, and
-//!    the model will not err there again.
+//! 2. The place where it ends is solved on the mesh, beginning with V y. The displacements join V: the model will not err
+//!    there again.
+//! 3. Was the gain not as promised, the derivatives at the best place join V too.
 //!
-//! Rounds end when the model, right at the best place to first order, promises less than the tolerance. All starts share V: a later one ends
-//! when it comes down where an earlier one has been. Displacements on the way are solved to [`LOOSE`], derivatives to [`COLUMNS`]
-//! (V needs to contain the right directions, not exact numbers), the answer to the full tolerance. Of the iteration counts
-//! of Gauss-Newton with solves to the full tolerance about a tenth is left.
+//! Rounds end when the model, with the derivatives at the best place in V and so right there to first order, promises less
+//! than [`SMALLEST_PROMISE`] of the error (or the tolerance of the settings, if that is larger). All starts share V: a
+//! later one goes down on the model first, and is solved on the mesh only if that ends lower than all before.
+//!
+//! V needs to contain the right directions, not exact numbers: displacements on the way are solved to [`LOOSE`], derivatives
+//! to [`COLUMNS`], the answer to the full tolerance.
+//!
+//! Measured on the torus with 33 x 17 x 17 control points and 5 groups, whose stiffness spans five decades: 21 solves and
+//! 730 iterations, with twelve starts. Most rounds gain what the model promises to three digits.
 
 use crate::calibration::objective::{Counts, Objective, Problem};
 use crate::calibration::objectives::displacement::Displacement;
@@ -31,32 +36,30 @@ use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
 
 /// Residual |f - K u| / |f| of displacements on the way.
-const LOOSE: f64 = 1e-7;
+const LOOSE: f64 = 1e-6;
 
 /// The same for derivatives.
 const COLUMNS: f64 = 1e-4;
 
 /// A promise of the model below this fraction of the error is in the noise of loose solves.
-const SMALLEST_PROMISE: f64 = 1e-5;
+const SMALLEST_PROMISE: f64 = 1e-4;
 
 /// First, smallest and largest radius of the trust region in the logarithm of phi.
-const RADIUS: f64 = 1.5;
+const RADIUS: f64 = 3.0;
 const SMALLEST_RADIUS: f64 = 0.5;
-const LARGEST_RADIUS: f64 = 4.0;
+const LARGEST_RADIUS: f64 = 6.0;
 
 /// Columns of V: at least this, or what three places with their derivatives bring.
 const CAPACITY: usize = 48;
-
-/// A later start whose model ends this near (relative) a place where an earlier start ended goes no further; stiffness below
-/// this fraction of the largest is no difference.
-const KNOWN: f64 = 1e-2;
-const NOTHING: f64 = 1e-2;
 
 /// Errors of the model that one descent may ask for.
 const DESCENT: u64 = 500;
 
 /// A descent on the model ends when a step lowers the error by less than this fraction.
-const DESCENT_TOLERANCE: f64 = 1e-8;
+const DESCENT_TOLERANCE: f64 = 1e-5;
+
+/// A gain this far (relative) from the promise asks for derivatives at once.
+const SURPRISE: f64 = 0.3;
 
 /// True when the problem is one for this file: its objective is the displacement, and a worker uses all threads itself.
 pub fn serves(problem: &Problem) -> bool {
@@ -98,6 +101,8 @@ struct Search<'s, 'a> {
     exact: Displacement<'a>,
     /// Where `exact` has its displacements.
     at: Vec<f64>,
+    /// Where derivatives joined V last.
+    taught: Vec<f64>,
     basis: Galerkin<'a>,
     /// Where the starts ended, and why.
     ended: Vec<(Place, Stop)>,
@@ -112,6 +117,7 @@ impl<'s, 'a> Search<'s, 'a> {
             clock: Stopwatch::start(),
             exact,
             at: vec![],
+            taught: vec![],
             problem,
             settings,
             ended: vec![],
@@ -120,48 +126,37 @@ impl<'s, 'a> Search<'s, 'a> {
         }
     }
 
-    /// Rounds from one start until it has ended.
+    /// Rounds from one start until it has ended, or shows to end no lower than an earlier one.
     fn descend_from(&mut self, start: &[f64]) -> Result<()> {
-        let spent = self.exact.counts().evaluations;
-        let mut best = self.solve(start, LOOSE)?;
+        let limit = self.exact.counts().evaluations + self.settings.refactorisations + self.settings.polish;
+        let Some(mut best) = self.begin(start)? else { return Ok(()) };
         let mut radius = RADIUS;
-        // a later start gets derivatives once it has come down: most end where an earlier one did
-        let mut taught = self.ended.is_empty();
-        if taught {
-            self.teach(&best)?;
-        }
         let stop = loop {
             self.problem.progress.check()?;
-            let candidate = self.descend(&best, &Trust::new(&best.phi, radius))?;
-            let promise = best.error - candidate.error;
-            if promise <= self.settings.tolerance.max(SMALLEST_PROMISE) * best.error {
-                if taught {
-                    break Stop::Converged;
-                }
-                self.teach(&best)?;
-                taught = true;
-                continue;
-            }
-            if self.is_known(&candidate) {
+            self.make_room(&best)?;
+            let candidate = self.bottom(&best.phi, Some(&Trust::new(&best.phi, radius)))?;
+            if !self.is_lower(&candidate) {
                 return Ok(());
             }
-            if self.exact.counts().evaluations - spent >= self.settings.refactorisations + self.settings.polish {
+            let promise = best.error - candidate.error;
+            if promise <= self.settings.tolerance.max(SMALLEST_PROMISE) * best.error {
+                if self.taught == best.phi {
+                    break Stop::NoPromise;
+                }
+                self.teach(&best)?;
+                continue;
+            }
+            if self.exact.counts().evaluations >= limit {
                 break Stop::RefactorisationLimit;
             }
-            let gain = best.error - self.try_at(&candidate.phi)?.map_or(f64::INFINITY, |place| {
-                let error = place.error;
-                if error < best.error {
-                    (best, taught) = (place, false);
-                }
-                error
-            });
-            if !taught {
+            let error = self.try_at(&candidate.phi, &mut best)?;
+            let gain = (promise + candidate.error - error) / promise;
+            if (gain - 1.0).abs() > SURPRISE && self.taught != best.phi {
                 self.teach(&best)?;
-                taught = true;
             }
-            radius = match gain / promise {
-                ratio if ratio > 0.5 => (2.0 * radius).min(LARGEST_RADIUS),
-                ratio if ratio > 0.1 => radius,
+            radius = match gain {
+                gain if gain > 0.5 => (2.0 * radius).min(LARGEST_RADIUS),
+                gain if gain > 0.1 => radius,
                 _ => (0.5 * radius).max(SMALLEST_RADIUS),
             };
         };
@@ -169,8 +164,27 @@ impl<'s, 'a> Search<'s, 'a> {
         Ok(())
     }
 
+    /// The first place of a start: the first start's own, with derivatives; a later start goes down on the model first, and
+    /// ends there when that is no lower than what is known.
+    fn begin(&mut self, start: &[f64]) -> Result<Option<Place>> {
+        if self.ended.is_empty() {
+            let place = self.solve(start)?;
+            self.teach(&place)?;
+            return Ok(Some(place));
+        }
+        let candidate = self.bottom(start, None)?;
+        if self.is_lower(&candidate) { self.solve(&candidate.phi).map(Some) } else { Ok(None) }
+    }
+
+    /// [`Search::descend`], counted.
+    fn bottom(&mut self, from: &[f64], trust: Option<&Trust>) -> Result<Place> {
+        let (place, evaluations) = self.descend(from, trust)?;
+        self.model_evaluations += evaluations;
+        Ok(place)
+    }
+
     /// Solves on the mesh, beginning with what the model says; the displacements join V.
-    fn solve(&mut self, phi: &[f64], tolerance: f64) -> Result<Place> {
+    fn solve(&mut self, phi: &[f64]) -> Result<Place> {
         self.problem.progress.advance(1);
         let guess = self.exact.begin_with();
         guess.fill(0.0);
@@ -181,9 +195,13 @@ impl<'s, 'a> Search<'s, 'a> {
             }
         }
         let mut phi = phi.to_vec();
-        self.exact.error_within(&phi, tolerance)?;
-        let error = self.exact.fit_scale(&mut phi);
+        self.exact.error_within(&phi, LOOSE)?;
+        self.exact.fit_scale(&mut phi);
         self.basis.enrich(self.exact.displacement());
+        // the model makes up for what a loose solve leaves, and promises are measured against it
+        let mut model = Walker::new(&self.basis, None);
+        model.error(&phi)?;
+        let error = model.fit_scale(&mut phi);
         self.at.clone_from(&phi);
         let least = self.trace.last().map_or(f64::INFINITY, |point| point.error);
         let refactorisations = self.exact.counts().refactorisations;
@@ -191,11 +209,17 @@ impl<'s, 'a> Search<'s, 'a> {
         Ok(Place { phi, error })
     }
 
-    /// [`Search::solve`] where K may not be positive definite: none there.
-    fn try_at(&mut self, phi: &[f64]) -> Result<Option<Place>> {
-        match self.solve(phi, LOOSE) {
-            Ok(place) => Ok(Some(place)),
-            Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) => Ok(None),
+    /// Solves at a candidate, which becomes the best place if it is; the error there, infinite when it cannot be solved.
+    fn try_at(&mut self, phi: &[f64], best: &mut Place) -> Result<f64> {
+        match self.solve(phi) {
+            Ok(place) => {
+                let error = place.error;
+                if error < best.error {
+                    *best = place;
+                }
+                Ok(error)
+            }
+            Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) => Ok(f64::INFINITY),
             Err(other) => Err(other),
         }
     }
@@ -203,20 +227,21 @@ impl<'s, 'a> Search<'s, 'a> {
     /// The derivatives at a place join V.
     fn teach(&mut self, place: &Place) -> Result<()> {
         if self.at != place.phi {
-            self.solve(&place.phi, LOOSE)?;
+            self.solve(&place.phi)?;
         }
-        let mut derivatives = self.model_derivatives(place)?;
+        let mut derivatives = self.model_derivatives(&place.phi)?;
         self.exact.derivatives(&mut derivatives, COLUMNS)?;
         self.basis.enrich(&derivatives);
+        self.taught.clone_from(&place.phi);
         Ok(())
     }
 
     /// K^-1 K_a u as the model has it (cases x groups x n).
-    fn model_derivatives(&self, place: &Place) -> Result<Vec<f64>> {
-        let (r, m, target) = (self.basis.rank(), place.phi.len(), self.basis.target());
+    fn model_derivatives(&self, phi: &[f64]) -> Result<Vec<f64>> {
+        let (r, m, target) = (self.basis.rank(), phi.len(), self.basis.target());
         let n = target.operator.unknowns();
         let mut model = Walker::new(&self.basis, None);
-        model.error(&place.phi)?;
+        model.error(phi)?;
         let (mut residual, mut jacobian) = (Vec::new(), Vec::new());
         model.linearise(&mut residual, &mut jacobian)?;
         let mut derivatives = vec![0.0; target.weights.len() * m * n];
@@ -229,26 +254,25 @@ impl<'s, 'a> Search<'s, 'a> {
         Ok(derivatives)
     }
 
-    /// The bottom of the model.
-    fn descend(&mut self, from: &Place, trust: &Trust) -> Result<Place> {
-        let columns = self.basis.target().weights.len() * (1 + from.phi.len());
-        if self.basis.rank() + columns > CAPACITY.max(3 * columns) {
-            self.forget(from)?;
-        }
-        let make = || -> Box<dyn Objective + '_> { Box::new(Walker::new(&self.basis, Some(trust))) };
+    /// The bottom of the model, from a place.
+    fn descend(&self, from: &[f64], trust: Option<&Trust>) -> Result<(Place, u64)> {
+        let make = || -> Box<dyn Objective + '_> { Box::new(Walker::new(&self.basis, trust)) };
         let silent = Progress::default();
         let Problem { upper, seed, index, .. } = *self.problem;
         let model =
             Problem { make: &make, displacement: None, upper, seed, index, side_by_side: true, progress: &silent };
         let settings = Settings { refactorisations: DESCENT, tolerance: DESCENT_TOLERANCE, ..*self.settings };
-        let Outcome { phi, error, counts, .. } = gauss_newton::descend(&model, &settings, &from.phi)?;
-        self.model_evaluations += counts.evaluations;
-        Ok(Place { phi, error })
+        let Outcome { phi, error, counts, .. } = gauss_newton::descend(&model, &settings, from)?;
+        Ok((Place { phi, error }, counts.evaluations))
     }
 
-    /// Leaves in V what the model knows of a place: displacements and derivatives.
-    fn forget(&mut self, place: &Place) -> Result<()> {
-        let derivatives = self.model_derivatives(place)?;
+    /// When V is full, leaves in it what the model knows of a place: displacements and derivatives.
+    fn make_room(&mut self, place: &Place) -> Result<()> {
+        let columns = self.basis.target().weights.len() * (1 + place.phi.len());
+        if self.basis.rank() + columns <= CAPACITY.max(3 * columns) {
+            return Ok(());
+        }
+        let derivatives = self.model_derivatives(&place.phi)?;
         let mut model = Walker::new(&self.basis, None);
         model.error(&place.phi)?;
         let displacement = model.displacement();
@@ -258,14 +282,9 @@ impl<'s, 'a> Search<'s, 'a> {
         Ok(())
     }
 
-    /// True when an earlier start has ended here.
-    fn is_known(&self, candidate: &Place) -> bool {
-        self.ended.iter().any(|(place, _)| {
-            let largest = place.phi.iter().fold(0.0, |most: f64, p| most.max(*p));
-            let near = |(a, b): (&f64, &f64)| (a - b).abs() <= KNOWN * (b + NOTHING * largest);
-            (candidate.error - place.error).abs() <= KNOWN * place.error
-                && candidate.phi.iter().zip(&place.phi).all(near)
-        })
+    /// True when this is lower than all places where starts have ended.
+    fn is_lower(&self, candidate: &Place) -> bool {
+        self.ended.iter().all(|(place, _)| candidate.error < (1.0 - SMALLEST_PROMISE) * place.error)
     }
 
     /// The best place, solved to the full tolerance.
@@ -274,7 +293,9 @@ impl<'s, 'a> Search<'s, 'a> {
         let Some((place, stop)) = best else {
             return Err(failure.unwrap_or(Error::Interrupted));
         };
-        let Place { phi, error } = self.solve(&place.phi, 0.0)?;
+        let mut phi = place.phi;
+        self.exact.error_within(&phi, 0.0)?;
+        let error = self.exact.fit_scale(&mut phi);
         let counts = Counts { surrogate_evaluations: self.model_evaluations, ..self.exact.counts() };
         Ok(Outcome { phi, error, stop, counts, trace: self.trace })
     }
