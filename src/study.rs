@@ -140,7 +140,10 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
 }
 
 /// The continuum under all loads.
-fn solve_reference(body: &Body, loads: &[LoadCase], progress: &Progress) -> Result<Reference> {
+///
+/// # Errors
+/// Those of [`Reference::solve_watching`].
+pub fn solve_reference(body: &Body, loads: &[LoadCase], progress: &Progress) -> Result<Reference> {
     let points = body.integration_points();
     let reach = *body.patch.degree().iter().max().unwrap_or(&1);
     let order = body.dofs.order(&nested_dissection(body.grid().extents(), reach, body.closed()));

@@ -195,7 +195,9 @@ impl Reference {
         let watch = Stopwatch::start();
         let right: Vec<&[f64]> = loads.iter().map(|load| load.forces.as_slice()).collect();
         let limits = Limits { tolerance: TOLERANCE, iterations: ITERATIONS };
-        let Some(found) = matrix_free::solve::solve(points, lame, dofs, &right, limits, interrupt)? else { return Ok(None) };
+        let Some(found) = matrix_free::solve::solve(points, lame, dofs, &right, limits, interrupt)? else {
+            return Ok(None);
+        };
         Ok(Some(Self {
             stiffness: None,
             frobenius: found.frobenius,

@@ -171,11 +171,7 @@ pub fn solve_columns(
     assert!(b.len() == x.len() && b.len().is_multiple_of(n), "whole columns of the length of the workspace");
     work.grow(b.len() / n);
     work.known.clear();
-    work.known.extend(b.chunks_exact(n).map(|b| Known {
-        norm: norm(b),
-        residual: f64::INFINITY,
-        moved: true,
-    }));
+    work.known.extend(b.chunks_exact(n).map(|b| Known { norm: norm(b), residual: f64::INFINITY, moved: true }));
     let (mut iterations, mut left, mut first) = (0, limit, true);
     loop {
         work.running.clear();
@@ -435,6 +431,28 @@ mod tests {
         }
         assert_eq!((x, together.iterations), (alone, iterations));
         assert_eq!(solve_columns(&mut chain, &mut each, &[], &mut [], 1e-12, 9, &mut work).residual, 0.0);
+    }
+
+    #[test]
+    fn an_interruption_ends_the_iteration_within_one_step() {
+        let n = 60;
+        let b: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
+        let progress = crate::clock::Progress::default();
+        let mut work = Workspace::new(n);
+        work.watch(&progress.interrupt());
+        let mut products = 0;
+        let mut apply = |p: &[f64], q: &mut [f64]| {
+            products += 1;
+            if products == 3 {
+                progress.cancel();
+            }
+            chain(p, q);
+        };
+        let outcome = solve(&mut apply, &mut jacobi, &b, &mut vec![0.0; n], 1e-12, 200, &mut work);
+        // the third product is the last of an iteration; one more computes the residual
+        assert!(!outcome.reached(1e-12) && outcome.iterations == 3, "{outcome:?}");
+        assert_eq!(products, 4);
+        assert_eq!(work.check(), Err(crate::error::Error::Interrupted));
     }
 
     #[test]

@@ -68,6 +68,11 @@ impl Members {
         Self { unknowns: dofs.len(), members: by_group.into_iter().map(member).collect(), starts }
     }
 
+    /// Bytes of so many springs.
+    pub fn bytes(springs: usize) -> usize {
+        springs * std::mem::size_of::<Member>()
+    }
+
     /// Number of free degrees of freedom.
     pub fn unknowns(&self) -> usize {
         self.unknowns

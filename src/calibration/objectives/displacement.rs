@@ -106,7 +106,8 @@ impl<'a> Displacement<'a> {
     fn distance(&self) -> f64 {
         let n = self.unknowns();
         let cases = self.displacement.chunks_exact(n).zip(self.target.reference.chunks_exact(n));
-        let squares = cases.zip(self.target.weights).map(|((u, reference), w)| w * w * square_of_difference(u, reference));
+        let squares =
+            cases.zip(self.target.weights).map(|((u, reference), w)| w * w * square_of_difference(u, reference));
         squares.sum::<f64>().sqrt()
     }
 

@@ -66,6 +66,11 @@ pub fn serves(problem: &Problem) -> bool {
     !problem.side_by_side && problem.displacement.is_some()
 }
 
+/// Columns that V has at most, for so many load cases and groups.
+pub fn capacity(cases: usize, groups: usize) -> usize {
+    CAPACITY.max(3 * cases * (1 + groups))
+}
+
 /// Runs all starts, one after the other.
 ///
 /// # Errors
@@ -268,8 +273,8 @@ impl<'s, 'a> Search<'s, 'a> {
 
     /// When V is full, leaves in it what the model knows of a place: displacements and derivatives.
     fn make_room(&mut self, place: &Place) -> Result<()> {
-        let columns = self.basis.target().weights.len() * (1 + place.phi.len());
-        if self.basis.rank() + columns <= CAPACITY.max(3 * columns) {
+        let (cases, groups) = (self.basis.target().weights.len(), place.phi.len());
+        if self.basis.rank() + cases * (1 + groups) <= capacity(cases, groups) {
             return Ok(());
         }
         let derivatives = self.model_derivatives(&place.phi)?;

@@ -57,6 +57,17 @@ const GATE: f64 = 0.1;
 /// Residual columns up to which the bound is used.
 const CERTIFIED: usize = 120;
 
+/// Columns of the basis of one chain, for so many load cases and groups.
+pub fn capacity(cases: usize, groups: usize) -> usize {
+    COLUMNS.max(2 * cases * (1 + groups))
+}
+
+/// Columns that the bound of one chain keeps at most, each as long as a displacement.
+pub fn certified(cases: usize, groups: usize) -> usize {
+    let columns = cases + capacity(cases, groups) * groups;
+    if columns <= CERTIFIED { columns } else { 0 }
+}
+
 /// Runs a search for every chain, and the best to its end.
 ///
 /// # Errors
@@ -302,7 +313,7 @@ impl<'s, 'a> Search<'s, 'a> {
     }
 
     fn capacity(&self) -> usize {
-        COLUMNS.max(2 * self.columns())
+        capacity(self.cases(), self.phi.len())
     }
 
     fn counts(&self) -> Counts {

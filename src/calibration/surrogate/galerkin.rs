@@ -72,6 +72,11 @@ impl<'a> Galerkin<'a> {
         self.target
     }
 
+    /// Bytes of a basis of `columns` columns over so many free degrees of freedom and springs.
+    pub fn bytes(unknowns: usize, springs: usize, columns: usize) -> usize {
+        8 * (unknowns + springs) * columns
+    }
+
     /// Number r of columns.
     pub fn rank(&self) -> usize {
         self.vectors.len() / self.unknowns()
