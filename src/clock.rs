@@ -3,8 +3,8 @@
 //! [`Progress`] is a few atomic counters shared by the worker threads and whoever draws the bar. Workers only add to
 //! it and ask whether the user has stopped the run; nothing that is computed depends on it.
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use crate::error::{Error, Result};
@@ -46,7 +46,20 @@ pub struct Progress {
     stage: Mutex<String>,
     done: AtomicU64,
     total: AtomicU64,
-    cancelled: AtomicBool,
+    interrupt: Interrupt,
+}
+
+/// Whether the user has stopped the run: what a long loop deep in the house looks at. Clones see the same; one that was
+/// made by default is never set.
+#[derive(Debug, Clone, Default)]
+pub struct Interrupt(Arc<AtomicBool>);
+
+impl Interrupt {
+    /// # Errors
+    /// [`Error::Interrupted`] after [`Progress::cancel`].
+    pub fn check(&self) -> Result<()> {
+        if self.0.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
+    }
 }
 
 impl Progress {
@@ -70,12 +83,17 @@ impl Progress {
 
     /// Asks all workers to stop at their next look.
     pub fn cancel(&self) {
-        self.cancelled.store(true, Ordering::Relaxed);
+        self.interrupt.0.store(true, Ordering::Relaxed);
     }
 
     /// # Errors
     /// [`Error::Interrupted`] after [`Progress::cancel`].
     pub fn check(&self) -> Result<()> {
-        if self.cancelled.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
+        self.interrupt.check()
+    }
+
+    /// What a solver looks at while it iterates.
+    pub fn interrupt(&self) -> Interrupt {
+        self.interrupt.clone()
     }
 }

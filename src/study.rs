@@ -101,7 +101,7 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
 
     let watch = Stopwatch::start();
     progress.enter("reference", 0);
-    let reference = solve_reference(&body, &loads)?;
+    let reference = solve_reference(&body, &loads, progress)?;
     timed("reference", watch);
 
     let watch = Stopwatch::start();
@@ -139,9 +139,12 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
 }
 
 /// The continuum under all loads.
-fn solve_reference(body: &Body, loads: &[LoadCase]) -> Result<Reference> {
+///
+/// # Errors
+/// Those of [`Reference::solve_watching`].
+pub fn solve_reference(body: &Body, loads: &[LoadCase], progress: &Progress) -> Result<Reference> {
     let points = body.integration_points()?;
     let order = body.reference_order(&points)?;
     let forces: Vec<_> = loads.iter().map(|case| case.load.clone()).collect();
-    Reference::solve(&points, body.lame, &body.dofs, order, &forces)
+    Reference::solve_watching(&points, body.lame, &body.dofs, order, &forces, &progress.interrupt())
 }

@@ -167,10 +167,24 @@ fn bench_measures_with_the_error_beside_the_time() {
     let (status, text, message) =
         call(&["bench", "calibrate", SQUARE, "--set", "calibration.annealing.evaluations=40", "--out", out]);
     assert_eq!(status, 0, "{message}");
-    for variant in ["annealing, one chain", "annealing, many chains", "gauss_newton", "hybrid"] {
+    for variant in ["annealing, one chain", "annealing, many chains", "gauss_newton", "hybrid", "surrogate"] {
         assert!(text.contains(variant), "{text}");
     }
     assert!(folder.path().join("bench-calibrate.svg").exists());
+
+    let (status, json, message) =
+        call(&["bench", "growth", "--sizes", "4,5", "--direct-up-to", "4", "--threads", "1", "--json", "--out", out]);
+    assert_eq!(status, 0, "{message}");
+    let document: Value = serde_json::from_str(&json).unwrap();
+    let rows = document["rows"].as_array().unwrap();
+    let paths: Vec<_> = rows.iter().map(|row| (row["size"].as_u64().unwrap(), row["path"].as_str().unwrap())).collect();
+    assert_eq!(paths, [(4, "auto"), (4, "direct"), (5, "auto")]);
+    for row in rows {
+        assert!(row["seconds"].as_f64().unwrap() > 0.0 && row["e_rms"].as_f64().unwrap() > 0.0, "{row}");
+        let checked = row["exact_difference"].as_f64();
+        assert!(row["path"] == "direct" || checked.unwrap() < 1e-8, "{row}");
+    }
+    assert!(folder.path().join("bench-growth.svg").exists());
 
     for (arguments, expected) in [
         (["--sizes", "2"], "from 3 to 129"),

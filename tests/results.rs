@@ -22,6 +22,7 @@ const RESULT: &[&str] = &[
     "warnings",
     "seconds",
     "peak_memory_bytes",
+    "processor_seconds",
 ];
 const SIZES: &[&str] = &["control_points", "free_dofs", "elements", "springs", "zero_length_springs", "groups"];
 const REFERENCE: &[&str] =

@@ -59,6 +59,9 @@ impl Settings {
 pub enum Stop {
     /// Further steps would lower the error by less than the tolerance.
     Converged,
+    /// On a fine mesh: a model that is right to first order promises less than 1e-4 of the error (or the tolerance, if
+    /// that is larger); see [`crate::calibration::optimisers::reduced`].
+    NoPromise,
     /// No step along the model lowered the error.
     NoDescent,
     /// The factorisations of a start were spent.
@@ -76,6 +79,7 @@ impl Stop {
     pub fn name(self) -> &'static str {
         match self {
             Self::Converged => "converged",
+            Self::NoPromise => "model_promises_less_than_1e-4",
             Self::NoDescent => "no_descent",
             Self::RefactorisationLimit => "refactorisation_limit",
             Self::EvaluationLimit => "evaluation_limit",

@@ -122,7 +122,7 @@ pub fn solve(
             reference: shared.reference,
             weights: shared.weights,
         };
-        let worker = || Displacement::with_solver(target, shared.solver);
+        let worker = || Displacement::with_solver(target, shared.solver).watching(&progress.interrupt());
         let given = |make, displacement, linear| -> Result<Outcome> {
             let (upper, index) = (&problem.upper[..], problem.index);
             (optimiser.run)(
@@ -135,7 +135,8 @@ pub fn solve(
             Search::Linear(reduced) => given(&|| Box::new(Linear::new(reduced, &problem.upper)), None, Some(reduced)),
             Search::Known(phi) => Ok(Outcome::known(phi.clone())),
         }?;
-        let mut exact = Displacement::with_solver(target, &exact(&problem.operator, shared.solver));
+        let settings = exact(&problem.operator, shared.solver);
+        let mut exact = Displacement::with_solver(target, &settings).watching(&progress.interrupt());
         let error = exact.error(&outcome.phi)?;
         let error_difference = match problem.search {
             Search::Displacement if error > 0.0 => Some((outcome.error - error).abs() / error),

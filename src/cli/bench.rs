@@ -14,7 +14,7 @@ use springfit::report::bench::cube::{Cube, SIZES};
 use springfit::report::bench::machine::Machine;
 use springfit::report::bench::methods::{self, METHODS, Method};
 use springfit::report::bench::solve::Rounds;
-use springfit::report::bench::{calibrate, matrix_market, solve, tables};
+use springfit::report::bench::{calibrate, growth, matrix_market, solve, tables};
 use springfit::scene;
 
 use super::progress::{Watcher, stop_on_interrupt};
@@ -28,6 +28,8 @@ pub enum Bench {
     Solve(SolveArguments),
     /// Error against time of every way to calibrate a scene
     Calibrate(CalibrateArguments),
+    /// Whole runs on finer and finer cubes, a process each: how seconds and memory grow
+    Growth(GrowthArguments),
 }
 
 #[derive(Debug, Args)]
@@ -57,6 +59,18 @@ pub struct CalibrateArguments {
 }
 
 #[derive(Debug, Args)]
+pub struct GrowthArguments {
+    /// Control points along an edge of each cube
+    #[arg(long, value_delimiter = ',', default_values_t = growth::SIZES.to_vec(), value_name = "N,...")]
+    sizes: Vec<usize>,
+    /// Largest size of the direct path, whose factorisations grow like the square of the unknowns
+    #[arg(long, default_value_t = growth::DIRECT_UP_TO, value_name = "N")]
+    direct_up_to: usize,
+    #[command(flatten)]
+    output: OutputArguments,
+}
+
+#[derive(Debug, Args)]
 struct OutputArguments {
     /// Threads; all of the machine when absent
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -77,6 +91,7 @@ pub fn run(what: &Bench) -> Result<()> {
     match what {
         Bench::Solve(arguments) => Ok(run_solve(arguments)?),
         Bench::Calibrate(arguments) => run_calibrate(arguments),
+        Bench::Growth(arguments) => Ok(run_growth(arguments)?),
     }
 }
 
@@ -145,6 +160,39 @@ fn run_calibrate(arguments: &CalibrateArguments) -> Result<()> {
         table: format!("{}\n\n{}", tables::machine(&machine), tables::calibrate(&rows)),
     };
     Ok(figures.put_out(&arguments.output)?)
+}
+
+fn run_growth(arguments: &GrowthArguments) -> Plain<()> {
+    check_sizes(&arguments.sizes)?;
+    let (progress, watcher) = watched(arguments.output.threads)?;
+    let machine = Machine::measure();
+    let program = std::env::current_exe().map_err(|error| Error::File {
+        path: "springfit".into(),
+        message: format!("this program does not find itself: {error}"),
+        help: "call it by its full path".into(),
+    })?;
+    let GrowthArguments { sizes, direct_up_to, .. } = arguments;
+    let plan = growth::Plan { program: &program, sizes, direct_up_to: *direct_up_to, threads: machine.threads };
+    let rows = growth::run(&plan, &progress)?;
+    drop(watcher);
+    let point = |row: &growth::Row| (row.unknowns as f64, row.seconds, format!("{}^3", row.size));
+    let series = ["auto", "direct"].map(|path| {
+        let exponent = growth::exponent(&rows, path).map_or(String::new(), |e| format!(", dofs^{e:.2}"));
+        let points = rows.iter().filter(|row| row.path == path).map(point).collect();
+        Series { name: format!("{path}{exponent}"), points }
+    });
+    let labels =
+        Labels { title: "cube, from the scene to the result", time: "free degrees of freedom", error: "seconds" };
+    let exponents = json!({ "auto": growth::exponent(&rows, "auto"), "direct": growth::exponent(&rows, "direct") });
+    let figures = Figures {
+        name: "bench-growth",
+        document: json!({ "schema": "springfit-bench-growth/1", "version": env!("CARGO_PKG_VERSION"),
+            "machine": machine, "direct_up_to": direct_up_to, "exponent_from": growth::FIT_FROM,
+            "exponents": exponents, "rows": rows }),
+        chart: chart::svg(&labels, &series),
+        table: format!("{}\n\n{}", tables::machine(&machine), tables::growth(&rows, *direct_up_to)),
+    };
+    figures.put_out(&arguments.output)
 }
 
 /// Threads, progress and its bar.

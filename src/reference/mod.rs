@@ -36,7 +36,7 @@ pub mod supports;
 
 use nalgebra_sparse::CsrMatrix;
 
-use crate::clock::Stopwatch;
+use crate::clock::{Interrupt, Stopwatch};
 use crate::error::Result;
 use crate::geometry::dofs::DofMap;
 use crate::reference::loads::Load;
@@ -129,10 +129,25 @@ impl Reference {
         order: Vec<u32>,
         loads: &[Load],
     ) -> Result<Self> {
+        Self::solve_watching(points, lame, dofs, order, loads, &Interrupt::default())
+    }
+
+    /// [`Reference::solve`] that ends soon after the user stops the run, when it iterates.
+    ///
+    /// # Errors
+    /// Those of [`Reference::solve`], and [`crate::error::Error::Interrupted`].
+    pub fn solve_watching(
+        points: &IntegrationPoints,
+        lame: Lame,
+        dofs: &DofMap,
+        order: Vec<u32>,
+        loads: &[Load],
+        interrupt: &Interrupt,
+    ) -> Result<Self> {
         if let Some(reason) = reason_to_factor(points, dofs) {
             return Self::direct(points, lame, dofs, order, loads, reason);
         }
-        match Self::iterative(points, lame, dofs, loads)? {
+        match Self::iterate(points, lame, dofs, loads, interrupt)? {
             Some(reference) => Ok(reference),
             None => Self::direct(points, lame, dofs, order, loads, "the iteration did not converge"),
         }
@@ -176,10 +191,22 @@ impl Reference {
     /// # Errors
     /// [`crate::error::Error::FoldedElement`].
     pub fn iterative(points: &IntegrationPoints, lame: Lame, dofs: &DofMap, loads: &[Load]) -> Result<Option<Self>> {
+        Self::iterate(points, lame, dofs, loads, &Interrupt::default())
+    }
+
+    fn iterate(
+        points: &IntegrationPoints,
+        lame: Lame,
+        dofs: &DofMap,
+        loads: &[Load],
+        interrupt: &Interrupt,
+    ) -> Result<Option<Self>> {
         let watch = Stopwatch::start();
         let right: Vec<&[f64]> = loads.iter().map(|load| load.forces.as_slice()).collect();
         let limits = Limits { tolerance: TOLERANCE, iterations: ITERATIONS };
-        let Some(found) = matrix_free::solve::solve(points, lame, dofs, &right, limits)? else { return Ok(None) };
+        let Some(found) = matrix_free::solve::solve(points, lame, dofs, &right, limits, interrupt)? else {
+            return Ok(None);
+        };
         Ok(Some(Self {
             stiffness: None,
             frobenius: found.frobenius,

@@ -1,6 +1,6 @@
 //! result.json: one object that holds all numbers of a run (schema "springfit-result/1").
 //!
-//! Everything but seconds, peak memory and the number of threads is the same for every run of the same scene, seed and
+//! Everything but seconds (on the wall and of the processor), peak memory and the number of threads is the same for every run of the same scene, seed and
 //! binary. Displacements and springs are not in it: they are in the VTU files and in springs.json.
 
 use std::collections::BTreeMap;
@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::calibration::errors::Errors;
+use crate::clock;
 use crate::memory;
 use crate::reference::Path;
 use crate::report::motion::Dynamics;
@@ -30,6 +31,7 @@ pub struct Document<'a> {
     dynamics: Option<Dynamics>,
     warnings: &'a [String],
     seconds: BTreeMap<&'static str, f64>,
+    processor_seconds: Option<f64>,
     peak_memory_bytes: Option<u64>,
 }
 
@@ -155,6 +157,7 @@ impl<'a> Document<'a> {
             dynamics: dynamics(study),
             warnings: &study.warnings,
             seconds: study.seconds.iter().copied().collect(),
+            processor_seconds: clock::processor_seconds(),
             peak_memory_bytes: memory::peak_bytes(),
         }
     }

@@ -19,11 +19,13 @@
 //! Several right-hand sides travel together ([`solve_columns`]): each has its own alpha and beta, and stops when it is
 //! done, but M is applied to all that are left at once. A factor is read from memory once for all of them.
 //!
-//! All vectors are columns of n f64. Nothing is allocated after the [`Workspace`] has grown to the number of columns, and
-//! every sum has one fixed order: the same calls give the same bits.
+//! All vectors are columns of n f64. Nothing of their length is allocated after the [`Workspace`] has grown to the number of
+//! columns, and every sum has one fixed order ([`super::vectors`]): the same calls give the same bits on any number of threads.
+//! Before every iteration the user may have stopped the run ([`Workspace::watch`]).
 
-/// Lanes of a sum of products: enough for the widest registers, fixed so that the order of the sum is.
-const LANES: usize = 16;
+use crate::clock::Interrupt;
+
+use super::vectors::{add, dot, norm, scale, turn as turned};
 
 /// A computed residual above the tolerance starts the iteration anew only while it falls by this factor from one such
 /// start to the next.
@@ -38,6 +40,7 @@ pub struct Workspace {
     product: Vec<f64>,
     running: Vec<Running>,
     known: Vec<Known>,
+    interrupt: Interrupt,
 }
 
 /// A right-hand side that is iterated on; the i-th of them owns the i-th column of every vector of the workspace.
@@ -76,7 +79,19 @@ impl Workspace {
             product: vector(),
             running: Vec::with_capacity(1),
             known: Vec::with_capacity(1),
+            interrupt: Interrupt::default(),
         }
+    }
+
+    /// Ends all iterations to come when the user stops the run.
+    pub fn watch(&mut self, interrupt: &Interrupt) {
+        self.interrupt = interrupt.clone();
+    }
+
+    /// # Errors
+    /// [`crate::error::Error::Interrupted`] when the user has stopped the run, and with it the last iteration.
+    pub fn check(&self) -> crate::error::Result<()> {
+        self.interrupt.check()
     }
 
     /// Makes room for more columns.
@@ -120,8 +135,8 @@ impl Outcome {
 ///
 /// `apply(p, q)` writes q = A p; `precondition(r, z)` writes z = M r. A guess that is not yet the answer is first multiplied
 /// by the factor that makes its error smallest in the energy norm (0 when it is of no use). Stops earlier after `limit`
-/// iterations, where A or M shows not to be positive definite, and where rounding allows no smaller residual:
-/// [`Outcome::reached`] tells. An initial guess of zeros costs no product.
+/// iterations, where A or M shows not to be positive definite, where rounding allows no smaller residual, and when the
+/// user stops the run: [`Outcome::reached`] tells. An initial guess of zeros costs no product.
 ///
 /// # Panics
 /// When `b`, `x` and the workspace have different lengths.
@@ -156,18 +171,14 @@ pub fn solve_columns(
     assert!(b.len() == x.len() && b.len().is_multiple_of(n), "whole columns of the length of the workspace");
     work.grow(b.len() / n);
     work.known.clear();
-    work.known.extend(b.chunks_exact(n).map(|b| Known {
-        norm: dot(b, b).sqrt(),
-        residual: f64::INFINITY,
-        moved: true,
-    }));
+    work.known.extend(b.chunks_exact(n).map(|b| Known { norm: norm(b), residual: f64::INFINITY, moved: true }));
     let (mut iterations, mut left, mut first) = (0, limit, true);
     loop {
         work.running.clear();
         for (place, (b, x)) in b.chunks_exact(n).zip(x.chunks_exact_mut(n)).enumerate() {
             start(apply, b, x, place, tolerance, first, work);
         }
-        if work.running.is_empty() || left == 0 {
+        if work.running.is_empty() || left == 0 || work.check().is_err() {
             break;
         }
         let (longest, all) = descend(apply, precondition, x, left, work);
@@ -206,9 +217,9 @@ fn start(
     } else {
         apply(x, q);
         r.copy_from_slice(b);
-        subtract(r, 1.0, q);
+        add(-1.0, q, r);
     }
-    let residual = dot(r, r).sqrt() / norm;
+    let residual = self::norm(r) / norm;
     work.known[place].residual = residual;
     // written so that a residual that is not a number ends it
     if residual > tolerance && residual <= RESTART_GAIN * before {
@@ -230,15 +241,15 @@ fn scale_guess(
         return;
     }
     apply(x, q);
-    subtract(r, 1.0, q);
-    if dot(r, r).sqrt() <= target {
+    add(-1.0, q, r);
+    if norm(r) <= target {
         return;
     }
     r.copy_from_slice(b);
     let factor = dot(x, b) / dot(x, q);
     if factor.is_finite() && factor > 0.0 {
-        x.iter_mut().for_each(|x| *x *= factor);
-        subtract(r, factor, q);
+        scale(factor, x);
+        add(-factor, q, r);
     } else {
         x.fill(0.0);
     }
@@ -263,6 +274,9 @@ fn descend(
     }
     let mut all = 0;
     for iteration in 1..=limit {
+        if work.check().is_err() {
+            return (iteration, all);
+        }
         all += work.running.len();
         // backwards, so that the column that moves to the place of one that is done had its turn
         for i in (0..work.running.len()).rev() {
@@ -295,12 +309,10 @@ fn advance(apply: &mut dyn FnMut(&[f64], &mut [f64]), i: usize, x: &mut [f64], w
         return false;
     }
     let alpha = decrease / curvature;
-    for (x, p) in x.iter_mut().zip(p) {
-        *x += alpha * p;
-    }
-    subtract(r, alpha, q);
+    add(alpha, p, x);
+    add(-alpha, q, r);
     work.running[i].curvature = curvature;
-    dot(r, r).sqrt() > target
+    norm(r) > target
 }
 
 /// The next direction of the i-th running column.
@@ -311,29 +323,7 @@ fn turn(i: usize, work: &mut Workspace) {
     let column = &mut work.running[i];
     let beta = -dot(z, q) / column.curvature;
     column.decrease = dot(r, z);
-    for (p, z) in p.iter_mut().zip(z) {
-        *p = z + beta * *p;
-    }
-}
-
-/// y -= factor x.
-fn subtract(y: &mut [f64], factor: f64, x: &[f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y -= factor * x;
-    }
-}
-
-/// Sum of products in a fixed order that registers can hold side by side.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut lanes = [0.0; LANES];
-    let (a_blocks, b_blocks) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let rest: f64 = a_blocks.remainder().iter().zip(b_blocks.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in a_blocks.zip(b_blocks) {
-        for i in 0..LANES {
-            lanes[i] += a[i] * b[i];
-        }
-    }
-    lanes.iter().sum::<f64>() + rest
+    turned(z, beta, p);
 }
 
 #[cfg(test)]
@@ -441,6 +431,28 @@ mod tests {
         }
         assert_eq!((x, together.iterations), (alone, iterations));
         assert_eq!(solve_columns(&mut chain, &mut each, &[], &mut [], 1e-12, 9, &mut work).residual, 0.0);
+    }
+
+    #[test]
+    fn an_interruption_ends_the_iteration_within_one_step() {
+        let n = 60;
+        let b: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
+        let progress = crate::clock::Progress::default();
+        let mut work = Workspace::new(n);
+        work.watch(&progress.interrupt());
+        let mut products = 0;
+        let mut apply = |p: &[f64], q: &mut [f64]| {
+            products += 1;
+            if products == 3 {
+                progress.cancel();
+            }
+            chain(p, q);
+        };
+        let outcome = solve(&mut apply, &mut jacobi, &b, &mut vec![0.0; n], 1e-12, 200, &mut work);
+        // the third product is the last of an iteration; one more computes the residual
+        assert!(!outcome.reached(1e-12) && outcome.iterations == 3, "{outcome:?}");
+        assert_eq!(products, 4);
+        assert_eq!(work.check(), Err(crate::error::Error::Interrupted));
     }
 
     #[test]

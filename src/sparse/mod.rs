@@ -10,6 +10,7 @@
 //! | [`product`] | the product with the triangle that the factor reads |
 //! | sweep | down and up a factor for one right-hand side |
 //! | [`cg`] | preconditioned conjugate gradients, for a matrix that is only applied |
+//! | [`vectors`] | products and sums of long vectors, whose bits do not depend on the threads |
 //! | [`multigrid`] | a V-cycle on a grid of springs, a preconditioner whose work grows like the unknowns |
 //! | [`fast_diagonalisation`] | the inverse of a sum of Kronecker products, a preconditioner on boxes of splines |
 //! | `multifrontal` | the numbers of a factor, front by front |
@@ -27,3 +28,4 @@ pub mod pattern;
 pub mod product;
 pub mod single;
 mod sweep;
+pub mod vectors;

@@ -11,6 +11,7 @@
 
 use std::sync::Arc;
 
+use crate::clock::Interrupt;
 use crate::error::Result;
 use crate::sparse::cg;
 use crate::sparse::cholesky::{Factor, Symbolic};
@@ -76,6 +77,11 @@ impl Iterative {
             work: Work::default(),
             symbolic: Arc::clone(symbolic),
         }
+    }
+
+    /// Ends iterations when the user stops the run.
+    pub(super) fn watch(&mut self, interrupt: &Interrupt) {
+        self.vectors.watch(interrupt);
     }
 
     /// Takes phi and assembles K(phi).
@@ -189,7 +195,7 @@ impl Iterative {
         }
         let n = self.symbolic.len();
         for (forces, answers) in forces.chunks(n * TOGETHER).zip(answers.chunks_mut(n * TOGETHER)) {
-            if !self.together(double, forces, answers, tolerance, limit) {
+            if !self.together(double, forces, answers, tolerance, limit)? {
                 return Ok(false);
             }
         }
@@ -197,7 +203,14 @@ impl Iterative {
     }
 
     /// Conjugate gradients for up to [`TOGETHER`] columns; false when one does not reach the tolerance.
-    fn together(&mut self, double: bool, forces: &[f64], answers: &mut [f64], tolerance: f64, limit: usize) -> bool {
+    fn together(
+        &mut self,
+        double: bool,
+        forces: &[f64],
+        answers: &mut [f64],
+        tolerance: f64,
+        limit: usize,
+    ) -> Result<bool> {
         let n = self.symbolic.len();
         self.right.resize(forces.len(), 0.0);
         self.answer.resize(forces.len(), 0.0);
@@ -210,15 +223,16 @@ impl Iterative {
         };
         let outcome = cg::solve_columns(&mut apply, &mut precondition, right, answer, tolerance, limit, vectors);
         self.work.iterations += outcome.iterations as u64;
+        self.vectors.check()?;
         if !outcome.reached(tolerance) {
-            return false;
+            return Ok(false);
         }
         for (answer, found) in answers.chunks_exact_mut(n).zip(self.answer.chunks_exact(n)) {
             for (&unknown, found) in self.symbolic.order().iter().zip(found) {
                 answer[unknown as usize] = *found;
             }
         }
-        true
+        Ok(true)
     }
 
     /// Brings forces and guesses to elimination order.

@@ -2,7 +2,7 @@
 //!
 //! The order of work: [`topology`] joins the nodes (control points, or those of a mesh) into a [`network::Network`]; [`grouping`] sorts its springs
 //! into m groups; [`weighting`] says what one number phi_a of a group means for a spring, k_s = phi_a w_s; [`bounds`]
-//! limits phi; [`affine`] turns phi into the stiffness matrix. [`solver`] solves with it for one phi after another, by
+//! limits phi; [`affine`] turns phi into the stiffness matrix, [`members`] multiplies with its parts. [`solver`] solves with it for one phi after another, by
 //! factors or by iterations with an old or rough factor, and [`prediction`] says which is cheaper. On fine grids
 //! [`stencil`] multiplies with K(phi) without storing it, and [`multigrid_solver`] solves. [`damping`] is for bodies that
 //! move. [`force`] is the force of one spring, [`formulas`] are stiffnesses from the literature.
@@ -14,6 +14,7 @@ pub mod force;
 pub mod formulas;
 pub mod grouping;
 mod iterative;
+pub mod members;
 mod mesh_topology;
 pub mod multigrid_solver;
 pub mod network;

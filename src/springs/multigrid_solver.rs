@@ -9,12 +9,14 @@
 
 use rayon::prelude::*;
 
+use crate::clock::Interrupt;
 use crate::error::{Error, Result};
 use crate::geometry::dofs::DofMap;
 use crate::geometry::grid::Grid;
 use crate::sparse::cg;
 use crate::sparse::multigrid::Multigrid;
 use crate::sparse::multigrid::padded::components;
+use crate::sparse::vectors;
 
 use super::grouping::Grouping;
 use super::network::Network;
@@ -24,7 +26,7 @@ use super::stencil::{Refusal, Stencil};
 const PIECE: usize = 16_384;
 
 /// Iterations after which a body is too hard for this path.
-pub const LIMIT: usize = 200;
+pub const LIMIT: usize = 600;
 
 /// A backward error that no solve in f64 improves.
 pub const ROUNDING: f64 = 1e-15;
@@ -77,6 +79,11 @@ impl MultigridSolver {
         Ok(Self { work, right: vec![0.0; n], solution: vec![0.0; n], extent, stencil, multigrid })
     }
 
+    /// Ends solves when the user stops the run.
+    pub fn watch(&mut self, interrupt: &Interrupt) {
+        self.work.watch(interrupt);
+    }
+
     /// Number of free degrees of freedom.
     pub fn unknowns(&self) -> usize {
         self.stencil.unknowns()
@@ -123,6 +130,7 @@ impl MultigridSolver {
     ///
     /// # Errors
     /// [`Error::Inaccurate`] with the residual after [`LIMIT`] iterations without that; `x` is what was found.
+    /// [`Error::Interrupted`], see [`MultigridSolver::watch`].
     ///
     /// # Panics
     /// When `b` or `x` is not as long as there are unknowns.
@@ -141,9 +149,10 @@ impl MultigridSolver {
             work,
         );
         stencil.collect(solution, x);
+        work.check()?;
         let (iterations, residual) = (outcome.iterations, outcome.residual);
         let rounding = || {
-            let (size, load) = (norm(x) * stencil.stiffest(), norm(b));
+            let (size, load) = (vectors::norm(x) * stencil.stiffest(), vectors::norm(b));
             residual * load <= ROUNDING * (size + load)
         };
         match outcome.reached(tolerance) || rounding() {
@@ -161,10 +170,6 @@ impl MultigridSolver {
     pub fn memory_bytes(&self) -> usize {
         self.stencil.bytes() + self.multigrid.bytes() + 8 * 6 * self.right.len()
     }
-}
-
-fn norm(v: &[f64]) -> f64 {
-    v.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
 /// Centre and largest extent of a set of points, m.

@@ -15,12 +15,14 @@
 //! gradients has a computed residual |f - K u| / |f| of at most the tolerance; one of the direct path a backward error that
 //! is checked ([`crate::sparse::cholesky`]).
 
+use std::borrow::Cow;
 use std::ops::AddAssign;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::clock::Interrupt;
 use crate::error::Result;
 use crate::geometry::dofs::DofMap;
 use crate::geometry::grid::Grid;
@@ -29,6 +31,7 @@ use crate::sparse::cholesky::{Factor, Symbolic};
 use super::affine::AffineStiffness;
 use super::grouping::Grouping;
 use super::iterative::Iterative;
+use super::members::Members;
 use super::multigrid_solver::MultigridSolver;
 use super::network::Network;
 use super::prediction;
@@ -187,6 +190,16 @@ impl SpringOperator<'_> {
         }
     }
 
+    /// The springs by group; made anew when they are on a grid.
+    pub fn members(&self) -> Cow<'_, Members> {
+        match self {
+            Self::Assembled { stiffness, .. } => Cow::Borrowed(stiffness.members()),
+            Self::OnGrid(GridSprings { network, grouping, coefficients, dofs, .. }) => {
+                Cow::Owned(Members::new(network, grouping, coefficients, dofs))
+            }
+        }
+    }
+
     /// Number of free degrees of freedom.
     pub fn unknowns(&self) -> usize {
         match self {
@@ -239,6 +252,15 @@ impl<'a> SpringSolver<'a> {
         self.unknowns
     }
 
+    /// Ends iterations with [`crate::error::Error::Interrupted`] when the user stops the run.
+    pub fn watch(&mut self, interrupt: &Interrupt) {
+        match &mut self.engine {
+            Engine::Direct { .. } => {}
+            Engine::Iterative { iterative, .. } => iterative.watch(interrupt),
+            Engine::Multigrid { solver, .. } => solver.watch(interrupt),
+        }
+    }
+
     /// Work done so far.
     pub fn work(&self) -> Work {
         match &self.engine {
@@ -285,7 +307,8 @@ impl<'a> SpringSolver<'a> {
     /// The direct path reads neither guesses nor `tolerance`, the largest |f - K u| / |f| of a column.
     ///
     /// # Errors
-    /// [`crate::error::Error::NotPositiveDefinite`], or [`crate::error::Error::Inaccurate`] when no path is accurate.
+    /// [`crate::error::Error::NotPositiveDefinite`], or [`crate::error::Error::Inaccurate`] when no path is accurate;
+    /// [`crate::error::Error::Interrupted`] on a path that iterates, see [`SpringSolver::watch`].
     ///
     /// # Panics
     /// When `forces` is not a whole number of columns, or `answers` has another length.

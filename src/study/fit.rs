@@ -248,7 +248,10 @@ impl Given<'_> {
         let largest: Vec<f64> = fitted.iter().map(|&c| self.reference.cases[c].u_max).collect();
         let weights = weights(&largest, self.body.dofs.masters().count());
         let (optimiser, mut settings) = optimiser(self.scene)?;
-        settings.starts = settings.starts.or(starts_on_fine_meshes(self.body.dofs.len()));
+        // on a grid all starts but the first cost next to nothing (optimisers::reduced)
+        if self.lattice.symbolic.is_some() {
+            settings.starts = settings.starts.or(starts_on_fine_meshes(self.body.dofs.len()));
+        }
         let expected = problems.iter().map(|problem| (optimiser.expected_evaluations)(&settings, problem.upper.len()));
         progress.enter("calibration", expected.sum());
         let solver = network::settings(self.scene);

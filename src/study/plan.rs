@@ -1,10 +1,14 @@
 //! What a scene would build, before the work: sizes, memory, time, warnings.
 //!
 //! The body, the patterns and their analyses are really made (they are cheap); nothing is assembled or factored. Memory
-//! counts the factors of both systems and one spring factor for every thread; time counts floating-point operations.
+//! counts the factors of both systems, one spring factor for every thread, and the reduced bases of the optimisers that have
+//! one; time counts floating-point operations.
 
 use serde::Serialize;
 
+use crate::calibration::optimiser::{Optimiser, Settings};
+use crate::calibration::optimisers::{reduced, surrogate};
+use crate::calibration::surrogate::galerkin::Galerkin;
 use crate::calibration::sweep;
 use crate::error::Result;
 use crate::reference::matrix_free::solve::memory_bytes;
@@ -12,6 +16,8 @@ use crate::reference::methods::Method;
 use crate::reference::{self, stiffness};
 use crate::scene::Scene;
 use crate::sparse::cholesky::Symbolic;
+use crate::springs::members::Members;
+use crate::springs::solver::Path;
 
 use super::body::Body;
 use super::network::Lattice;
@@ -21,9 +27,12 @@ use super::{body, fit, linear_fit, loads, motion, network};
 /// for estimates only.
 const RATE: f64 = 1e10;
 
-/// Bytes of the multigrid path, and seconds of one solve on one thread, for each unknown; for estimates only.
+/// Bytes of the multigrid path for each unknown, of the network for each spring, seconds of one solve on one thread for each
+/// unknown, and solves of one problem beside two for each group; for estimates only.
 const GRID_BYTES: usize = 600;
-const GRID_SECONDS: f64 = 2e-6;
+const NETWORK_BYTES: usize = 80;
+const GRID_SECONDS: f64 = 3e-6;
+const GRID_SOLVES: usize = 8;
 
 /// Seconds of the iterated reference for each unknown and load case; for estimates only.
 const ITERATED_SECONDS: f64 = 2e-5;
@@ -102,31 +111,21 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     let (optimiser, settings) = fit::optimiser(&scene)?;
     let threads = rayon::current_num_threads();
     let reference = reference_cost(&body, threads)?;
-    let evaluations =
-        distinct.iter().map(|&groups| (optimiser.expected_evaluations)(&settings, groups)).sum::<u64>() as f64;
     let groups = groupings.iter().map(|g| g.groups.len()).max().unwrap_or(0);
-    let (spring_entries, spring_bytes, evaluation) = match &lattice.symbolic {
-        Some(symbolic) => {
-            let bytes = threads * symbolic.factor_bytes() + 16 * symbolic.lower_rows().len() * problems;
-            (symbolic.factor_entries(), bytes, (symbolic.factor_flops() / RATE + 2e-5) / threads as f64)
-        }
-        None => {
-            let unknowns = body.dofs.len();
-            (0, GRID_BYTES * unknowns, GRID_SECONDS * unknowns as f64 * groups as f64 / threads as f64)
-        }
-    };
-    let memory_bytes = reference.bytes.max(spring_bytes);
-    let seconds = reference.seconds * loads.len() as f64 + evaluations * evaluation;
+    let fitted = loads.iter().filter(|case| case.fit).count();
+    let springs = SpringCost::of(&body, &lattice, optimiser, &settings, fitted, &distinct);
+    let memory_bytes = reference.bytes.max(springs.bytes);
+    let seconds = reference.seconds * loads.len() as f64 + springs.seconds / threads as f64;
     let safe_step = motion::limits::before_calibration(&scene, &body, &lattice, &groupings)?;
     Ok(Plan {
         safe_step,
         sizes: Sizes::of(&body, &lattice, groups),
         sweep: gammas.into_iter().zip(groupings.iter().map(|g| g.groups.len())).collect(),
         problems,
-        factor_entries: [reference.factor_entries, spring_entries],
+        factor_entries: [reference.factor_entries, springs.factor_entries],
         memory_bytes,
         seconds,
-        steps: steps(&scene, body.method, loads.iter().filter(|case| case.fit).count(), loads.len(), problems),
+        steps: steps(&scene, body.method, fitted, loads.len(), problems),
         warnings: body
             .warnings
             .iter()
@@ -161,6 +160,58 @@ fn reference_cost(body: &Body, threads: usize) -> Result<ReferenceCost> {
         factor_entries: symbolic.factor_entries(),
         seconds: symbolic.factor_flops() / RATE,
     })
+}
+
+/// What the springs and their calibration cost.
+struct SpringCost {
+    bytes: usize,
+    factor_entries: usize,
+    /// On one thread.
+    seconds: f64,
+}
+
+impl SpringCost {
+    /// The cost of the path that the lattice has chosen; `distinct` holds the groups of each problem.
+    fn of(
+        body: &Body,
+        lattice: &Lattice,
+        optimiser: &Optimiser,
+        settings: &Settings,
+        fitted: usize,
+        distinct: &[usize],
+    ) -> Self {
+        let (unknowns, springs) = (body.dofs.len(), lattice.network.springs.len());
+        let most = distinct.iter().copied().max().unwrap_or(0);
+        let Some(symbolic) = &lattice.symbolic else {
+            let basis = Galerkin::bytes(unknowns, springs, reduced::capacity(fitted, most));
+            let solves: usize = distinct.iter().map(|groups| fitted * (GRID_SOLVES + 2 * groups)).sum();
+            return Self {
+                bytes: GRID_BYTES * unknowns + NETWORK_BYTES * springs + Members::bytes(springs) + basis,
+                factor_entries: 0,
+                seconds: GRID_SECONDS * unknowns as f64 * solves as f64,
+            };
+        };
+        // a factor in f32 takes half of one in f64, and its matrix is kept beside it
+        let worker = match lattice.choice.path {
+            Path::Single | Path::Stale => symbolic.factor_bytes() / 2 + 8 * symbolic.lower_rows().len(),
+            _ => symbolic.factor_bytes(),
+        };
+        let surrogate = match optimiser.name {
+            "surrogate" => {
+                let basis = Galerkin::bytes(unknowns, springs, surrogate::capacity(fitted, most));
+                settings.chains * (basis + 8 * unknowns * surrogate::certified(fitted, most) + symbolic.factor_bytes())
+            }
+            _ => 0,
+        };
+        let evaluations: u64 = distinct.iter().map(|&groups| (optimiser.expected_evaluations)(settings, groups)).sum();
+        Self {
+            bytes: rayon::current_num_threads() * worker
+                + 16 * symbolic.lower_rows().len() * distinct.len()
+                + surrogate,
+            factor_entries: symbolic.factor_entries(),
+            seconds: evaluations as f64 * (symbolic.factor_flops() / RATE + 2e-5),
+        }
+    }
 }
 
 fn steps(scene: &Scene, method: &Method, fitted: usize, cases: usize, problems: usize) -> Vec<String> {

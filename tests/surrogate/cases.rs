@@ -84,7 +84,7 @@ impl Case {
     /// A basis of the solution and derivatives at the centre and of solutions at `snapshots` random states.
     pub fn basis(&self, snapshots: usize, decades: f64) -> (Galerkin<'_>, Vec<Vec<f64>>) {
         let mut exact = Displacement::new(self.target());
-        let mut basis = Galerkin::new(self.target()).expect("assembled");
+        let mut basis = Galerkin::new(self.target());
         let mut states = vec![self.centre()];
         let mut stream = Stream::new(5, 0, 0);
         states.extend((0..snapshots).map(|_| near(&self.centre(), decades, &mut stream)));
@@ -173,7 +173,7 @@ pub fn online_cost(n: usize, parts: usize, r: usize) -> (f64, f64, f64) {
     let target = Target { operator: &operator, upper: &upper, forces, reference: forces, weights: &[1.0] };
     let phi: Vec<f64> = upper.iter().map(|upper| 0.1 * upper).collect();
     let mut stream = Stream::new(1, 0, 0);
-    let mut basis = Galerkin::new(target).expect("assembled");
+    let mut basis = Galerkin::new(target);
     (0..r).for_each(|_| {
         let column: Vec<f64> = forces.iter().map(|_| stream.normal()).collect();
         basis.enrich(&column);

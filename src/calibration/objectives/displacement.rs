@@ -14,8 +14,9 @@
 //! from inner products alone: 1/s = sum_c w_c^2 u_c.u_ref,c / sum_c w_c^2 |u_c|^2.
 
 use crate::calibration::objective::{Counts, Objective};
-use crate::dense::dot;
+use crate::clock::Interrupt;
 use crate::error::{Error, Result};
+use crate::sparse::vectors::{add, dot, norm, scale, square_of_difference};
 use crate::springs::solver::{Settings, SpringOperator, SpringSolver};
 
 /// Relative residual that is enough for a column of the Jacobian: steps are inexact anyway.
@@ -55,6 +56,7 @@ pub struct Displacement<'a> {
     displacement: Vec<f64>,
     right: Vec<f64>,
     solved: Vec<f64>,
+    found: Vec<f64>,
     counts: Counts,
 }
 
@@ -74,9 +76,16 @@ impl<'a> Displacement<'a> {
             displacement: vec![0.0; target.forces.len()],
             right: Vec::new(),
             solved: Vec::new(),
+            found: Vec::new(),
             counts: Counts::default(),
             target,
         }
+    }
+
+    /// Ends solves that iterate when the user stops the run.
+    pub fn watching(mut self, interrupt: &Interrupt) -> Self {
+        self.solver.watch(interrupt);
+        self
     }
 
     /// Displacements of all cases at the last phi, like the forces (cases x n), in m.
@@ -93,15 +102,13 @@ impl<'a> Displacement<'a> {
         self.solver.unknowns()
     }
 
-    /// The error of the displacements divided by `scale`.
-    fn distance(&self, scale: f64) -> f64 {
+    /// The error of the displacements.
+    fn distance(&self) -> f64 {
         let n = self.unknowns();
-        let cases =
-            self.displacement.chunks_exact(n).zip(self.target.reference.chunks_exact(n)).zip(self.target.weights);
-        let square = |((u, reference), w): ((&[f64], &[f64]), &f64)| {
-            w * w * u.iter().zip(reference).map(|(u, r)| (u / scale - r).powi(2)).sum::<f64>()
-        };
-        cases.map(square).sum::<f64>().sqrt()
+        let cases = self.displacement.chunks_exact(n).zip(self.target.reference.chunks_exact(n));
+        let squares =
+            cases.zip(self.target.weights).map(|((u, reference), w)| w * w * square_of_difference(u, reference));
+        squares.sum::<f64>().sqrt()
     }
 
     /// The column of the Jacobian that costs no solve: the group that carries the most.
@@ -110,8 +117,9 @@ impl<'a> Displacement<'a> {
         (0..self.phi.len()).filter(|&a| share(a) > 0.0).max_by(|&a, &b| share(a).total_cmp(&share(b)))
     }
 
-    /// Columns w_c du_c/dphi_a of one case, written with stride into the Jacobian.
-    fn differentiate(&mut self, case: usize, rows: usize, jacobian: &mut [f64]) -> Result<()> {
+    /// K^-1 K_a u = -du/dphi_a of one case at the last phi for every group but the free one, which is returned. `found`
+    /// (groups x n) holds guesses and takes the answers; the place of the free group is left as it is.
+    fn differentiate(&mut self, case: usize, found: &mut [f64], tolerance: f64) -> Result<Option<usize>> {
         let (n, m) = (self.unknowns(), self.phi.len());
         let u = &self.displacement[case * n..(case + 1) * n];
         self.right.resize(n * m, 0.0);
@@ -119,48 +127,95 @@ impl<'a> Displacement<'a> {
         let mut applied = vec![0.0; m];
         for (a, column) in self.right.chunks_exact_mut(n).enumerate() {
             self.solver.apply(a, u, column);
-            applied[a] = dot(column, column).sqrt();
+            applied[a] = norm(column);
         }
         let free = self.free_column(&applied);
-        let columns: Vec<usize> = (0..m).filter(|&a| Some(a) != free).collect();
         if let Some(free) = free {
             self.right.copy_within((free + 1) * n.., free * n);
         }
+        let columns: Vec<usize> = (0..m).filter(|&a| Some(a) != free).collect();
+        for (&a, guess) in columns.iter().zip(self.solved.chunks_exact_mut(n)) {
+            guess.copy_from_slice(&found[a * n..(a + 1) * n]);
+            scale(self.scale, guess);
+        }
         let count = columns.len() * n;
-        self.solved[..count].fill(0.0);
-        self.solver.solve(&self.right[..count], &mut self.solved[..count], COLUMN_TOLERANCE.max(self.tolerance))?;
+        self.solver.solve(&self.right[..count], &mut self.solved[..count], tolerance.max(self.tolerance))?;
         self.counts.solves += columns.len() as u64;
-        let weight = self.target.weights[case];
-        let mut rest: Vec<f64> = u.iter().map(|u| -u * weight).collect();
         for (&a, solved) in columns.iter().zip(self.solved.chunks_exact(n)) {
-            let column = &mut jacobian[a * rows + case * n..a * rows + (case + 1) * n];
-            for ((entry, solved), rest) in column.iter_mut().zip(solved).zip(&mut rest) {
-                *entry = -weight * solved / self.scale;
-                *rest -= self.phi[a] * *entry;
+            let found = &mut found[a * n..(a + 1) * n];
+            found.copy_from_slice(solved);
+            scale(1.0 / self.scale, found);
+        }
+        Ok(free)
+    }
+
+    /// The derivatives K^-1 K_a u of all cases at the last phi (cases x groups x n), to a residual of `tolerance`; `found`
+    /// holds guesses or zeros. Where a group is free, its derivative follows from the others and zeros stand there.
+    ///
+    /// # Errors
+    /// Where a solve is not accurate.
+    pub fn derivatives(&mut self, found: &mut [f64], tolerance: f64) -> Result<()> {
+        let n = self.unknowns();
+        let of_case = n * self.phi.len();
+        for (case, found) in found.chunks_exact_mut(of_case).enumerate() {
+            if let Some(free) = self.differentiate(case, found, tolerance)? {
+                found[free * n..(free + 1) * n].fill(0.0);
             }
+        }
+        Ok(())
+    }
+
+    /// Columns w_c du_c/dphi_a of one case, written with stride into the Jacobian.
+    fn fill_columns(&mut self, case: usize, rows: usize, jacobian: &mut [f64]) -> Result<()> {
+        let n = self.unknowns();
+        let mut found = std::mem::take(&mut self.found);
+        found.clear();
+        found.resize(n * self.phi.len(), 0.0);
+        let free = self.differentiate(case, &mut found, COLUMN_TOLERANCE)?;
+        let weight = self.target.weights[case];
+        let mut rest: Vec<f64> = self.displacement[case * n..(case + 1) * n].iter().map(|u| -u * weight).collect();
+        for (a, found) in found.chunks_exact(n).enumerate().filter(|(a, _)| Some(*a) != free) {
+            let column = &mut jacobian[a * rows + case * n..a * rows + (case + 1) * n];
+            column.iter_mut().zip(found).for_each(|(entry, found)| *entry = -weight * found);
+            add(-self.phi[a], column, &mut rest);
         }
         if let Some(free) = free {
             for (entry, rest) in jacobian[free * rows + case * n..].iter_mut().zip(&rest) {
                 *entry = rest / self.phi[free];
             }
         }
+        self.found = found;
         Ok(())
     }
-}
 
-impl Objective for Displacement<'_> {
-    fn error(&mut self, phi: &[f64]) -> Result<f64> {
+    /// What the next solve begins with (cases x n, in m): by itself the displacements at the phi before.
+    pub fn begin_with(&mut self) -> &mut [f64] {
+        &mut self.displacement
+    }
+
+    /// [`Objective::error`] with displacements whose residual |f - K u| / |f| is at most `tolerance` (on a path that iterates).
+    ///
+    /// # Errors
+    /// As [`Objective::error`].
+    pub fn error_within(&mut self, phi: &[f64], tolerance: f64) -> Result<f64> {
         self.counts.evaluations += 1;
         self.phi.copy_from_slice(phi);
         self.scale = 1.0;
+        let tolerance = tolerance.max(self.tolerance);
         let set = self.solver.set(phi);
-        let outcome = set.and_then(|()| self.solver.solve(self.target.forces, &mut self.displacement, self.tolerance));
+        let outcome = set.and_then(|()| self.solver.solve(self.target.forces, &mut self.displacement, tolerance));
         if let Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) = outcome {
             self.counts.rejected += 1;
         }
         outcome?;
         self.counts.solves += self.target.weights.len() as u64;
-        Ok(self.distance(1.0))
+        Ok(self.distance())
+    }
+}
+
+impl Objective for Displacement<'_> {
+    fn error(&mut self, phi: &[f64]) -> Result<f64> {
+        self.error_within(phi, self.tolerance)
     }
 
     fn fit_scale(&mut self, phi: &mut [f64]) -> f64 {
@@ -177,10 +232,10 @@ impl Objective for Displacement<'_> {
         for (p, upper) in self.phi.iter_mut().zip(self.target.upper) {
             *p = (*p * best).min(*upper);
         }
-        self.displacement.iter_mut().for_each(|u| *u /= best);
+        scale(1.0 / best, &mut self.displacement);
         self.scale *= best;
         phi.copy_from_slice(&self.phi);
-        self.distance(1.0)
+        self.distance()
     }
 
     fn linearise(&mut self, residual: &mut Vec<f64>, jacobian: &mut Vec<f64>) -> Result<()> {
@@ -194,7 +249,7 @@ impl Objective for Displacement<'_> {
         }
         jacobian.clear();
         jacobian.resize(rows * self.phi.len(), 0.0);
-        (0..self.target.weights.len()).try_for_each(|case| self.differentiate(case, rows, jacobian))
+        (0..self.target.weights.len()).try_for_each(|case| self.fill_columns(case, rows, jacobian))
     }
 
     fn counts(&self) -> Counts {

@@ -18,6 +18,7 @@
 
 use crate::calibration::objective::{Objective, Problem, each};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint, best};
+use crate::calibration::optimisers::reduced;
 use crate::clock::Stopwatch;
 use crate::dense::{self, LeastSquares};
 use crate::error::{Error, Result};
@@ -40,6 +41,9 @@ const LARGEST_DAMPING: f64 = 1e10;
 /// # Errors
 /// When no start has a positive definite K, or on interruption.
 pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
+    if reduced::serves(problem) {
+        return reduced::run(problem, settings);
+    }
     let starts = settings.starts_for(problem.upper.len());
     let outcomes: Vec<Result<Outcome>> =
         each(problem.side_by_side, starts, |s| descend(problem, settings, &start(problem, s)));
@@ -73,7 +77,7 @@ pub fn polish(problem: &Problem, settings: &Settings, found: Outcome) -> Result<
 
 /// Where a start begins: a tenth of the bounds, then one stiffness for all groups, then anywhere within three decades
 /// below the bounds.
-fn start(problem: &Problem, index: usize) -> Vec<f64> {
+pub(super) fn start(problem: &Problem, index: usize) -> Vec<f64> {
     let smallest = problem.upper.iter().fold(f64::INFINITY, |a, b| a.min(*b));
     let mut stream = Stream::new(problem.seed, problem.index, index);
     let place = |upper: &f64| match index {

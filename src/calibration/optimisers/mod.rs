@@ -4,4 +4,5 @@ pub mod annealing;
 pub mod gauss_newton;
 pub mod hybrid;
 pub mod least_squares;
+pub mod reduced;
 pub mod surrogate;

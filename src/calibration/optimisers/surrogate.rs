@@ -26,7 +26,7 @@ use crate::calibration::objectives::displacement::Displacement;
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint};
 use crate::calibration::optimisers::annealing::{self, Walk};
 use crate::calibration::optimisers::gauss_newton;
-use crate::calibration::surrogate::certificate::Certificate;
+use crate::calibration::surrogate::certificate::{Certificate, assembled};
 use crate::calibration::surrogate::galerkin::Galerkin;
 use crate::calibration::surrogate::walker::{Trust, Walker};
 use crate::clock::Stopwatch;
@@ -57,11 +57,22 @@ const GATE: f64 = 0.1;
 /// Residual columns up to which the bound is used.
 const CERTIFIED: usize = 120;
 
+/// Columns of the basis of one chain, for so many load cases and groups.
+pub fn capacity(cases: usize, groups: usize) -> usize {
+    COLUMNS.max(2 * cases * (1 + groups))
+}
+
+/// Columns that the bound of one chain keeps at most, each as long as a displacement.
+pub fn certified(cases: usize, groups: usize) -> usize {
+    let columns = cases + capacity(cases, groups) * groups;
+    if columns <= CERTIFIED { columns } else { 0 }
+}
+
 /// Runs a search for every chain, and the best to its end.
 ///
 /// # Errors
-/// When no chain finds a start with a positive definite K, when the problem is not one of displacements, or on
-/// interruption.
+/// When no chain finds a start with a positive definite K, when the problem is not one of displacements or has no factors,
+/// or on interruption.
 pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
     let Some(worker) = problem.displacement else {
         let help = "the surrogate needs the objective displacement";
@@ -130,12 +141,13 @@ impl<'s, 'a> Search<'s, 'a> {
         mut exact: Displacement<'a>,
         chain: usize,
     ) -> Result<Self> {
+        assembled(&exact.target())?;
         let clock = Stopwatch::start();
         let mut stream = Stream::new(problem.seed, problem.index, chain);
         let mut phi = annealing::start(problem, chain, &mut stream);
         exact.error(&phi)?;
         let error = exact.fit_scale(&mut phi);
-        let basis = Galerkin::new(exact.target())?;
+        let basis = Galerkin::new(exact.target());
         let mut search = Self {
             problem,
             settings,
@@ -302,7 +314,7 @@ impl<'s, 'a> Search<'s, 'a> {
     }
 
     fn capacity(&self) -> usize {
-        COLUMNS.max(2 * self.columns())
+        capacity(self.cases(), self.phi.len())
     }
 
     fn counts(&self) -> Counts {

@@ -23,10 +23,10 @@ use std::sync::Arc;
 use crate::calibration::objectives::displacement::Target;
 use crate::dense::{dot, triangle_of};
 use crate::error::{Error, Result};
-use crate::sparse::cholesky::Factor;
+use crate::sparse::cholesky::{Factor, Symbolic};
 use crate::springs::affine::AffineStiffness;
 
-use super::galerkin::{Galerkin, assembled};
+use super::galerkin::Galerkin;
 use super::packed;
 
 /// Steps of inverse iteration.
@@ -150,6 +150,21 @@ impl<'a> Certificate<'a> {
         }
         dot(image, image)
     }
+}
+
+/// The assembled springs of a problem.
+///
+/// # Errors
+/// [`Error::Input`] when there are none.
+pub fn assembled<'a>(target: &Target<'a>) -> Result<(&'a AffineStiffness, &'a Arc<Symbolic>)> {
+    target.operator.assembled().ok_or_else(|| {
+        let help = "use solver.path = \"stale\" or \"direct\", or another optimiser";
+        Error::input(
+            "calibration.optimiser",
+            "the surrogate needs factors, and this network is solved by multigrid",
+            help,
+        )
+    })
 }
 
 /// A proven lower bound of the smallest eigenvalue of K0; leaves K0 factored.

@@ -14,13 +14,12 @@
 //! and nothing of length n is left online. The last term is carried as a vector and deflated with every new column, so it
 //! does not suffer from cancellation.
 
-use std::sync::Arc;
+use std::borrow::Cow;
 
 use crate::calibration::objectives::displacement::Target;
-use crate::dense::{dot, gram_of_rows};
-use crate::error::{Error, Result};
-use crate::sparse::cholesky::Symbolic;
-use crate::springs::affine::AffineStiffness;
+use crate::dense::gram_of_rows;
+use crate::sparse::vectors::{add, dot, norm, scale};
+use crate::springs::members::Members;
 
 use super::packed;
 
@@ -30,8 +29,7 @@ const IN_SPAN: f64 = 1e-10;
 /// The basis and the projected problem. Immutable while walkers use it.
 pub struct Galerkin<'a> {
     pub(super) target: Target<'a>,
-    /// The springs, assembled.
-    pub(super) springs: &'a AffineStiffness,
+    springs: Cow<'a, Members>,
     /// V, column after column.
     vectors: Vec<f64>,
     /// Elongations of the basis vectors (springs x r).
@@ -48,19 +46,11 @@ pub struct Galerkin<'a> {
 
 impl<'a> Galerkin<'a> {
     /// An empty basis.
-    ///
-    /// # Errors
-    /// [`Error::Input`] when the springs are not assembled.
-    pub fn new(target: Target<'a>) -> Result<Self> {
-        let (springs, _) = assembled(&target)?;
-        Ok(Self::empty(target, springs))
-    }
-
-    fn empty(target: Target<'a>, springs: &'a AffineStiffness) -> Self {
+    pub fn new(target: Target<'a>) -> Self {
         let cases = target.weights.len();
         Self {
             target,
-            springs,
+            springs: target.operator.members(),
             vectors: Vec::new(),
             elongations: Vec::new(),
             stiffness: Vec::new(),
@@ -72,12 +62,19 @@ impl<'a> Galerkin<'a> {
 
     /// Forgets all columns.
     pub fn clear(&mut self) {
-        *self = Self::empty(self.target, self.springs);
+        [&mut self.vectors, &mut self.elongations, &mut self.stiffness].into_iter().for_each(Vec::clear);
+        self.forces.iter_mut().chain(&mut self.aims).for_each(Vec::clear);
+        self.remainder.copy_from_slice(self.target.reference);
     }
 
     /// The problem that is projected.
     pub fn target(&self) -> Target<'a> {
         self.target
+    }
+
+    /// Bytes of a basis of `columns` columns over so many free degrees of freedom and springs.
+    pub fn bytes(unknowns: usize, springs: usize, columns: usize) -> usize {
+        8 * (unknowns + springs) * columns
     }
 
     /// Number r of columns.
@@ -90,6 +87,12 @@ impl<'a> Galerkin<'a> {
         &self.vectors[j * self.unknowns()..(j + 1) * self.unknowns()]
     }
 
+    /// out = V y.
+    pub fn combine(&self, y: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        y.iter().enumerate().for_each(|(j, y)| add(*y, self.vector(j), out));
+    }
+
     pub(super) fn unknowns(&self) -> usize {
         self.springs.unknowns()
     }
@@ -97,8 +100,7 @@ impl<'a> Galerkin<'a> {
     /// Norm of the part of a reference that the basis cannot represent, m.
     pub(super) fn rest(&self, case: usize) -> f64 {
         let n = self.unknowns();
-        let rest = &self.remainder[case * n..(case + 1) * n];
-        dot(rest, rest).sqrt()
+        norm(&self.remainder[case * n..(case + 1) * n])
     }
 
     /// Adds what the columns (n x any number, column-major) have outside the span; returns how many were added.
@@ -115,37 +117,36 @@ impl<'a> Galerkin<'a> {
 
     /// The normalised part of a column outside the span; orthogonalised until nothing more falls off.
     fn outside(&self, column: &[f64]) -> Option<Vec<f64>> {
-        let length = |vector: &[f64]| dot(vector, vector).sqrt();
         let mut vector = column.to_vec();
-        let smallest = IN_SPAN * length(column);
-        let mut left = length(column);
+        let mut left = norm(column);
+        let smallest = IN_SPAN * left;
         for _ in 0..3 {
             if left.is_nan() || left <= smallest {
                 return None;
             }
-            let before = length(&vector);
-            vector.iter_mut().for_each(|v| *v /= before);
+            scale(1.0 / norm(&vector), &mut vector);
             for j in 0..self.rank() {
                 let share = dot(self.vector(j), &vector);
-                packed::add(-share, self.vector(j), &mut vector);
+                add(-share, self.vector(j), &mut vector);
             }
-            left *= length(&vector);
+            left *= norm(&vector);
         }
-        let after = length(&vector);
-        (left > smallest).then(|| vector.iter().map(|v| v / after).collect())
+        let after = norm(&vector);
+        scale(1.0 / after, &mut vector);
+        (left > smallest).then_some(vector)
     }
 
     fn append(&mut self, vector: &[f64]) {
         let n = self.unknowns();
         self.vectors.extend_from_slice(vector);
-        let springs = self.springs.springs();
+        let springs = self.springs.len();
         let first = self.elongations.len();
         self.elongations.resize(first + springs, 0.0);
         self.springs.elongations(vector, &mut self.elongations[first..]);
         for (case, rest) in self.remainder.chunks_exact_mut(n).enumerate() {
             self.forces[case].push(dot(vector, &self.target.forces[case * n..(case + 1) * n]));
             self.aims[case].push(dot(vector, &self.target.reference[case * n..(case + 1) * n]));
-            packed::add(-dot(vector, rest), vector, rest);
+            add(-dot(vector, rest), vector, rest);
         }
     }
 
@@ -155,14 +156,14 @@ impl<'a> Galerkin<'a> {
         if r == before {
             return;
         }
-        let stiffness = self.springs;
-        let mut next = vec![0.0; stiffness.groups() * packed::len(r)];
+        let springs = &self.springs;
+        let mut next = vec![0.0; springs.groups() * packed::len(r)];
         for (a, into) in next.chunks_exact_mut(packed::len(r)).enumerate() {
             for j in 0..before {
                 let from = a * packed::len(before) + packed::start(before, j);
                 into[packed::start(r, j)..][..before - j].copy_from_slice(&self.stiffness[from..from + before - j]);
             }
-            let products = gram_of_rows(&self.elongations, stiffness.springs(), stiffness.group_springs(a), before);
+            let products = gram_of_rows(&self.elongations, springs.len(), springs.group(a), before);
             for (column, products) in (before..r).zip(products.chunks_exact(r)) {
                 for (row, &product) in products.iter().enumerate() {
                     if row < before {
@@ -175,19 +176,4 @@ impl<'a> Galerkin<'a> {
         }
         self.stiffness = next;
     }
-}
-
-/// The assembled springs of a problem.
-///
-/// # Errors
-/// [`Error::Input`] when there are none.
-pub(super) fn assembled<'a>(target: &Target<'a>) -> Result<(&'a AffineStiffness, &'a Arc<Symbolic>)> {
-    target.operator.assembled().ok_or_else(|| {
-        let help = "use solver.path = \"stale\" or \"direct\", or another optimiser";
-        Error::input(
-            "calibration.optimiser",
-            "the surrogate needs factors, and this network is solved by multigrid",
-            help,
-        )
-    })
 }

@@ -90,7 +90,7 @@ impl<'g> Walker<'g> {
         let n = self.basis.unknowns();
         let mut displacement = vec![0.0; self.rest.len() * n];
         for (u, y) in displacement.chunks_exact_mut(n).zip(self.solution.chunks_exact(self.basis.rank())) {
-            y.iter().enumerate().for_each(|(j, y)| packed::add(*y, self.basis.vector(j), u));
+            self.basis.combine(y, u);
         }
         displacement
     }

@@ -11,6 +11,7 @@ use super::frobenius;
 use super::geometry::Body;
 use super::operator::Operator;
 use super::separable::{self, Preconditioner};
+use crate::clock::Interrupt;
 use crate::error::Result;
 use crate::geometry::dofs::DofMap;
 use crate::geometry::patch::Patch;
@@ -52,13 +53,14 @@ pub struct Limits {
 /// tolerance within the limit, or the body has no separable preconditioner.
 ///
 /// # Errors
-/// [`crate::error::Error::FoldedElement`].
+/// [`crate::error::Error::FoldedElement`]; [`crate::error::Error::Interrupted`] when the user stops the run.
 pub fn solve(
     points: &IntegrationPoints,
     lame: Lame,
     dofs: &DofMap,
     loads: &[&[f64]],
     limits: Limits,
+    interrupt: &Interrupt,
 ) -> Result<Option<Iterated>> {
     let Some((patch, extra_points)) = points.splines() else { return Ok(None) };
     let body = Body::new(patch, extra_points, points.thickness())?;
@@ -66,6 +68,7 @@ pub fn solve(
     let operator = Operator::new(&body, dofs, lame);
     let (mut space, mut inner) = (operator.workspace(), separable::Workspace::default());
     let mut work = cg::Workspace::new(dofs.len());
+    work.watch(interrupt);
     let mut found = Iterated {
         displacements: vec![],
         iterations: vec![],
@@ -85,6 +88,7 @@ pub fn solve(
             limits.iterations,
             &mut work,
         );
+        work.check()?;
         // the norm that rounding sees is the largest eigenvalue, between the largest diagonal entry and a few times it
         let (force, moved) = (length(load), length(&u));
         let rounding = ROUNDING * (preconditioner.largest_diagonal * moved + force);

@@ -9,6 +9,7 @@
 //! | [`solve`] | K(phi) u = f by every method: seconds, error, memory, rate |
 //! | [`methods`] | the methods: names and functions |
 //! | [`calibrate`] | error against time of every way to calibrate a scene |
+//! | [`growth`] | whole runs on finer and finer cubes: how time and memory grow |
 //! | [`machine`] | the machine: processor, load, rate of a dense product |
 //! | [`tables`] | tables for a person |
 //! | [`chart`] | an SVG of error against time |
@@ -17,6 +18,7 @@
 pub mod calibrate;
 pub mod chart;
 pub mod cube;
+pub mod growth;
 pub mod machine;
 pub mod matrix_market;
 pub mod methods;

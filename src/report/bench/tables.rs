@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::calibrate;
+use super::growth;
 use super::machine::Machine;
 use super::solve::Row;
 
@@ -85,5 +86,37 @@ pub fn calibrate(rows: &[calibrate::Row]) -> String {
             row.stop
         );
     }
+    text
+}
+
+/// Rows of `bench growth`, and the exponent of each path.
+pub fn growth(rows: &[growth::Row], direct_up_to: usize) -> String {
+    let mut text = format!(
+        "{:>5} {:>9} {:<8} {:<10} {:>10} {:>10} {:>9} {:>10} {:>8} {:>11} {:>12}\n",
+        "n", "dofs", "asked", "taken", "seconds", "processor", "peak MB", "e_rms %", "solves", "iterations", "to exact"
+    );
+    for row in rows {
+        let _ = writeln!(
+            text,
+            "{:>5} {:>9} {:<8} {:<10} {:>10.3} {:>10} {:>9} {:>10.6} {:>8} {:>11} {:>12}",
+            row.size,
+            row.unknowns,
+            row.path,
+            row.taken,
+            row.seconds,
+            row.processor.map_or("-".into(), |seconds| format!("{seconds:.3}")),
+            row.peak_bytes.map_or("-".into(), |bytes| format!("{:.0}", bytes as f64 / 1e6)),
+            row.e_rms,
+            row.solves,
+            row.iterations,
+            row.exact_difference.map_or("-".into(), |difference| format!("{difference:.1e}"))
+        );
+    }
+    for path in ["auto", "direct"] {
+        if let Some(exponent) = growth::exponent(rows, path) {
+            let _ = writeln!(text, "{path}: seconds grow like dofs^{exponent:.2} from {}^3 on", growth::FIT_FROM);
+        }
+    }
+    let _ = writeln!(text, "direct path up to {direct_up_to}^3: its factorisations grow like dofs^2");
     text
 }
