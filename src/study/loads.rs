@@ -1,7 +1,9 @@
 //! The load cases of a scene as forces on the free degrees of freedom.
 
 use crate::error::{Error, Result};
+use crate::geometry::selection;
 use crate::reference::loads::{self, Face, Load};
+use crate::reference::side_loads;
 use crate::scene::{self, Scene};
 
 use super::body::Body;
@@ -43,12 +45,7 @@ fn forces(load: &scene::Load, body: &Body) -> Result<Load> {
         return loads::per_node(&body.dofs, padded(force));
     }
     if let Some(traction) = &load.traction {
-        let value = padded(&traction.value);
-        let Continuum::Splines { patch, .. } = &body.continuum else {
-            return Err(Error::input("load", "a mesh takes no traction", "use force_per_node, body_force or point"));
-        };
-        let face = Face { patch, name: &traction.face, thickness: body.thickness, extra_points: body.extra_points };
-        return loads::traction(face, &body.dofs, &|_, _| value);
+        return self::traction(traction, padded(&traction.value), body);
     }
     if let Some(density) = &load.body_force {
         let density = padded(density);
@@ -57,5 +54,26 @@ fn forces(load: &scene::Load, body: &Body) -> Result<Load> {
     match &load.point {
         Some(point) => loads::point(&body.dofs, point.node, padded(&point.force)),
         None => Err(Error::input("load", "has no force", "give one of force_per_node, traction, body_force, point")),
+    }
+}
+
+/// A constant traction on a face of the grid of nodes.
+fn traction(traction: &scene::Traction, value: [f64; 3], body: &Body) -> Result<Load> {
+    match &body.continuum {
+        Continuum::Splines { patch, .. } => {
+            let face = Face { patch, name: &traction.face, thickness: body.thickness, extra_points: body.extra_points };
+            loads::traction(face, &body.dofs, &|_, _| value)
+        }
+        Continuum::Elements { mesh, grid, .. } => {
+            let grid = grid.ok_or_else(|| {
+                let message = format!("a mesh from a file has no face \"{}\"", traction.face);
+                Error::input("load", message, "use force_per_node, body_force or point")
+            })?;
+            let on_face = selection::face_nodes(&grid, &traction.face)?;
+            let faces = mesh.boundary_faces()?;
+            let there = |corners: &&[u32]| corners.iter().all(|node| on_face.binary_search(node).is_ok());
+            let sides = faces.iter().map(|side| side.nodes()).filter(there);
+            side_loads::traction(mesh, sides, body.thickness, &body.dofs, &|_, _| value)
+        }
     }
 }

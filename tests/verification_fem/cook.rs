@@ -1,5 +1,5 @@
 //! E5: Cook's membrane, a tapered panel (0, 0), (48, 44), (48, 60), (0, 44) in plane stress, clamped at x = 0 and sheared at
-//! x = 48 by a force of 1.
+//! x = 48 by a force of 1. What is compared is u_y in the middle of that side.
 
 use springfit::geometry::mesh::CellKind;
 use springfit::reference::material::Plane;
@@ -17,7 +17,7 @@ fn e5_cook_membrane_q4() {
         let load = traction(&mesh, &dofs, &|x| x[0] == 48.0, &|_, _| [0.0, 1.0 / 16.0, 0.0]);
         let still = vec![[0.0; 3]; mesh.positions().len()];
         let u = solve(&points("q4", &mesh), lame(1.0, 1.0 / 3.0, 2, Plane::Stress), &dofs, &load.forces, &still);
-        let corner = u[node_at(&mesh, [48.0, 60.0, 0.0])];
-        assert_close(&format!("n = {n}"), corner[1], pinned[row].as_f64().expect("a number"), 1e-10);
+        let middle = u[node_at(&mesh, [48.0, 52.0, 0.0])];
+        assert_close(&format!("n = {n}"), middle[1], pinned[row].as_f64().expect("a number"), 1e-10);
     }
 }

@@ -98,13 +98,20 @@ fn masses_3_11_and_3_12_are_those_of_the_body() {
         let lumped = mass::lumped(&elements, DENSITY, &dofs).expect("masses");
         let shares = mass::equal_shares(&elements, DENSITY, &dofs).expect("masses");
         for masses in [&lumped, &shares] {
-            assert!((masses.iter().sum::<f64>() / whole - 1.0).abs() < 1e-14 && masses.iter().all(|m| *m > 0.0), "{name}");
+            assert!(
+                (masses.iter().sum::<f64>() / whole - 1.0).abs() < 1e-14 && masses.iter().all(|m| *m > 0.0),
+                "{name}"
+            );
         }
         for (dof, row) in consistent.row_iter().enumerate() {
             let (node, component) = dofs.owner(dof);
             let same = row.col_indices().iter().zip(row.values()).filter(|(j, _)| dofs.owner(**j).1 == component);
             let sum: f64 = same.map(|(_, value)| value).sum();
-            assert!((sum / lumped[node] - 1.0).abs() < 1e-13, "{name}: row {dof} adds up to {sum}, not {}", lumped[node]);
+            assert!(
+                (sum / lumped[node] - 1.0).abs() < 1e-13,
+                "{name}: row {dof} adds up to {sum}, not {}",
+                lumped[node]
+            );
         }
         let total: f64 = consistent.values().iter().sum();
         assert!((total / (whole * mesh.dimension() as f64) - 1.0).abs() < 1e-13, "{name}");
@@ -149,10 +156,8 @@ fn q4_on_a_grid_is_a_patch_of_degree_1() {
         let mesh = springfit::geometry::grid_mesh::mesh_of_grid(&patch.grid(), positions, kind);
         let law = lame(15e3, 0.3, shape.dimension, Plane::Strain);
         let dofs = free(&mesh);
-        let (ours, theirs) = (
-            dense(&points(method, &mesh), law, &dofs),
-            dense(&nurbs::integration_points(&patch, 0, 1.0), law, &dofs),
-        );
+        let (ours, theirs) =
+            (dense(&points(method, &mesh), law, &dofs), dense(&nurbs::integration_points(&patch, 0, 1.0), law, &dofs));
         assert!((&ours - &theirs).amax() <= 1e-14 * theirs.amax(), "{name}: {:e}", (&ours - &theirs).amax());
     }
 }
@@ -164,7 +169,8 @@ fn a_pressure_on_the_whole_boundary_is_in_balance() {
         assert!(load.total.iter().all(|f| f.abs() < 1e-14), "{name}: {:?}", load.total);
         // the work of a pressure on a swelling u = x is -p d V
         let forces = load.forces.chunks_exact(mesh.dimension());
-        let work: f64 = forces.zip(mesh.positions()).map(|(f, x)| f.iter().zip(x).map(|(f, x)| f * x).sum::<f64>()).sum();
+        let work: f64 =
+            forces.zip(mesh.positions()).map(|(f, x)| f.iter().zip(x).map(|(f, x)| f * x).sum::<f64>()).sum();
         let volume = points(name, &mesh).measure().expect("a measure");
         let expected = -3.0 * mesh.dimension() as f64 * volume;
         assert!((work / expected - 1.0).abs() < 1e-13, "{name}: {work} instead of {expected}");

@@ -44,12 +44,7 @@ pub fn supports(mesh: &Mesh, held: Field<[bool; 3]>) -> DofMap {
 }
 
 /// A traction on the boundary sides whose corners all satisfy `on`.
-pub fn traction(
-    mesh: &Mesh,
-    dofs: &DofMap,
-    on: Field<bool>,
-    value: &dyn Fn([f64; 3], [f64; 3]) -> [f64; 3],
-) -> Load {
+pub fn traction(mesh: &Mesh, dofs: &DofMap, on: Field<bool>, value: &dyn Fn([f64; 3], [f64; 3]) -> [f64; 3]) -> Load {
     let faces = mesh.boundary_faces().expect("a manifold");
     let there = |corners: &&[u32]| corners.iter().all(|&node| on(mesh.positions()[node as usize]));
     side_loads::traction(mesh, faces.iter().map(|face| face.nodes()).filter(there), 1.0, dofs, value)
