@@ -8,6 +8,7 @@ pub mod grid;
 pub mod knots;
 pub mod measure;
 pub mod mesh;
+pub mod mesh_files;
 pub mod meshes;
 pub mod patch;
 pub mod refine;
