@@ -68,6 +68,11 @@ pub const MESH_FORMATS: &[MeshFormat] = &[
     },
 ];
 
+/// Whether the extension is that of a mesh file.
+pub fn reads(path: &Path) -> bool {
+    format_of(path).is_ok()
+}
+
 /// Reads a mesh; the extension says which format it is.
 ///
 /// # Errors
