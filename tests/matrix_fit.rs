@@ -1,11 +1,9 @@
 //! P7 of the verification list: the springs of one square cell nearest to its bilinear element in the Frobenius norm.
 
 use springfit::geometry::dofs::DofMap;
-use springfit::geometry::grid_mesh::mesh_of_grid;
-use springfit::geometry::mesh::CellKind;
 use springfit::geometry::shapes::{self, ShapeRequest};
 use springfit::reference::material::{Material, Plane};
-use springfit::reference::methods::elements;
+use springfit::reference::methods::nurbs;
 use springfit::reference::stiffness;
 use springfit::sparse::cholesky::Symbolic;
 use springfit::springs::affine::{AffineStiffness, pattern};
@@ -23,8 +21,7 @@ fn p7_full_frobenius_fit_of_a_square_q4_at_nu_one_third() {
     let patch = (shape.build)(&request).expect("one bilinear cell");
     let dofs = DofMap::untied(2, &[[false; 3]; 4]);
     let lame = Material { young: YOUNG, poisson: 1.0 / 3.0 }.lame(2, Plane::Stress).expect("a material");
-    let mesh = mesh_of_grid(&patch.grid(), patch.points().to_vec(), CellKind::Quadrilateral);
-    let points = elements::integration_points(&mesh, THICKNESS).expect("one Q4");
+    let points = nurbs::integration_points(&patch, 0, THICKNESS);
     let coupled = stiffness::pattern(&points, &dofs);
     let element = stiffness::stiffness(&points, lame, &dofs, &coupled).expect("assembles");
 
