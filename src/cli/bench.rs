@@ -207,7 +207,7 @@ fn run_step(arguments: &StepArguments) -> Plain<()> {
 /// Error against the time that a simulated second takes, with the largest safe step, half and a quarter of it.
 fn step_chart(rows: &[step::Row]) -> String {
     let points = |row: &step::Row| {
-        let second = row.whole_step.median / row.step;
+        let second = step::spent(&row.whole_step, row.threads) / row.step;
         row.errors.iter().zip([1.0, 2.0, 4.0]).map(|(&error, times)| (times * second, error, String::new())).collect()
     };
     let name = |row: &step::Row| format!("{}^3, {} threads", row.size, row.threads);

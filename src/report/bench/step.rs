@@ -12,7 +12,7 @@
 //!
 //! | figure | what |
 //! |---|---|
-//! | springs a second | springs of the network over the median seconds of one evaluation (one step) |
+//! | springs a second | springs of the network over the median seconds of one evaluation (one step): on one thread seconds of the processor, else of the wall |
 //! | bytes a spring | what an evaluation moves (`SpringForces::bytes`) over the springs |
 //! | share of memory | bytes a second over what a sum over 512 MB reads with the same threads in the same run ([`super::bandwidth`]) |
 //! | share at its size | the same over what a sum over an array of the same size reads: the caches included |
@@ -38,7 +38,7 @@ use crate::springs::{bounds, damping, masses, topology, weighting};
 use crate::study::body;
 
 use super::bandwidth;
-use super::solve::median;
+use super::solve::{Seconds, median};
 
 /// Stiffness as a fraction of the upper bounds.
 const FRACTION: f64 = 0.1;
@@ -77,17 +77,6 @@ pub struct Rig {
     pub held: Vec<bool>,
 }
 
-/// Seconds of one evaluation.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Pace {
-    /// The middle round.
-    pub median: f64,
-    /// The fastest round.
-    pub least: f64,
-    /// The middle round in seconds of the processor, all threads together, where the system tells.
-    pub processor: Option<f64>,
-}
-
 /// Speed and error of one network on some threads.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
@@ -98,9 +87,9 @@ pub struct Row {
     /// Worker threads.
     pub threads: usize,
     /// One evaluation of all forces.
-    pub forces: Pace,
+    pub forces: Seconds,
     /// One step.
-    pub whole_step: Pace,
+    pub whole_step: Seconds,
     /// Springs a second, forces alone.
     pub springs_per_second: f64,
     /// Springs a second, whole steps.
@@ -276,14 +265,15 @@ pub fn measure(rig: &Rig, workers: &Workers, repeat: usize, progress: &Progress)
     progress.advance(1);
     let errors = pool.install(|| errors(rig, step, progress))?;
     let springs = rig.network.springs.len();
-    let rate = bytes as f64 / forces.median;
+    let [of_forces, of_step] = [&forces, &whole_step].map(|seconds| spent(seconds, threads));
+    let rate = bytes as f64 / of_forces;
     let frame = 1.0 / 60.0;
     Ok(Row {
         size: rig.size,
         springs,
         threads,
-        springs_per_second: springs as f64 / forces.median,
-        stepped_per_second: springs as f64 / whole_step.median,
+        springs_per_second: springs as f64 / of_forces,
+        stepped_per_second: springs as f64 / of_step,
         bytes_per_spring: bytes as f64 / springs as f64,
         rate,
         memory_rate,
@@ -291,16 +281,21 @@ pub fn measure(rig: &Rig, workers: &Workers, repeat: usize, progress: &Progress)
         same_size_rate,
         share_at_its_size: rate / same_size_rate,
         step,
-        real_time: frame / ((frame / step).ceil() * whole_step.median),
+        real_time: frame / ((frame / step).ceil() * of_step),
         errors,
         forces,
         whole_step,
     })
 }
 
-/// Times `work`: a warm-up that also finds how often it must be done for a clock, then the rounds. On one thread the
-/// median is that of the processor's clock, where there is one: it does not run while others have the processor.
-fn pace(repeat: usize, work: &mut dyn FnMut()) -> Pace {
+/// The median of the rounds. On one thread it is that of the processor's clock, where there is one: that clock stands still
+/// while others have the processor.
+pub fn spent(seconds: &Seconds, threads: usize) -> f64 {
+    seconds.processor.filter(|_| threads == 1).unwrap_or(seconds.median)
+}
+
+/// Times `work`: a warm-up that also finds how often it must be done for a clock, then the rounds. Seconds of one time.
+fn pace(repeat: usize, work: &mut dyn FnMut()) -> Seconds {
     let mut times = 1;
     loop {
         let watch = Stopwatch::start();
@@ -310,17 +305,19 @@ fn pace(repeat: usize, work: &mut dyn FnMut()) -> Pace {
         }
         times *= 2;
     }
-    let (mut wall, mut processor) = (Vec::new(), Vec::new());
+    let mut seconds = Seconds::default();
     for _ in 0..repeat {
         let (before, watch) = (clock::processor_seconds(), Stopwatch::start());
         (0..times).for_each(|_| black_box(&mut *work)());
-        wall.push(watch.seconds() / times as f64);
-        processor.extend(before.zip(clock::processor_seconds()).map(|(before, after)| (after - before) / times as f64));
+        let after = watch.seconds();
+        seconds.rounds.push(after / times as f64);
+        let processor = before.zip(clock::processor_seconds()).map(|(before, after)| (after - before) / times as f64);
+        seconds.processor_rounds.extend(processor);
     }
-    let least = wall.iter().copied().fold(f64::INFINITY, f64::min);
-    let (middle, processor) = (median(&wall).unwrap_or(f64::INFINITY), median(&processor));
-    let alone = rayon::current_num_threads() == 1;
-    Pace { median: processor.filter(|_| alone).unwrap_or(middle), least, processor }
+    seconds.least = seconds.rounds.iter().copied().fold(f64::INFINITY, f64::min);
+    seconds.median = median(&seconds.rounds).unwrap_or(f64::INFINITY);
+    seconds.processor = median(&seconds.processor_rounds);
+    seconds
 }
 
 /// Errors with a step, half and a quarter of it, against a tenth of it.
