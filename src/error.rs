@@ -68,6 +68,42 @@ pub enum Error {
         /// Largest accepted one.
         limit: f64,
     },
+    /// A time step above the limit of stability.
+    #[error("the step of {step:e} s is unstable with {integrator}: {reason}")]
+    UnstableStep {
+        /// Name of the integrator.
+        integrator: &'static str,
+        /// The step asked for, s.
+        step: f64,
+        /// The limit, in words with numbers.
+        reason: String,
+        /// What to do.
+        help: String,
+    },
+    /// Newton's method did not find the end of a time step.
+    #[error(
+        "step {step} did not converge: residual {residual:.2e} after {iterations} iterations of Newton's method, allowed {tolerance:.0e}"
+    )]
+    NotConverged {
+        /// Number of the step, from 1.
+        step: u64,
+        /// Largest force out of balance, relative to the largest force.
+        residual: f64,
+        /// Largest accepted one.
+        tolerance: f64,
+        /// Iterations done.
+        iterations: usize,
+    },
+    /// The motion grew without bound.
+    #[error("the motion blew up at step {step}, {time:e} s: {what}")]
+    BlowUp {
+        /// Number of the step, from 1.
+        step: u64,
+        /// Time at its end, s.
+        time: f64,
+        /// What gave it away.
+        what: String,
+    },
     /// The user stopped the run.
     #[error("interrupted")]
     Interrupted,
@@ -88,6 +124,9 @@ impl Error {
                 Some("support more nodes, or use a topology with diagonals".into())
             }
             Self::Inaccurate { .. } => Some("reduce the spread of the stiffness, or repair flat cells".into()),
+            Self::UnstableStep { help, .. } => Some(help.clone()),
+            Self::NotConverged { .. } => Some("reduce dynamics.step".into()),
+            Self::BlowUp { .. } => Some("reduce dynamics.step, or take an implicit integrator".into()),
             Self::Interrupted => None,
         }
     }
@@ -99,7 +138,10 @@ impl Error {
             Self::FoldedElement { .. }
             | Self::NotPositiveDefinite { .. }
             | Self::Mechanism { .. }
-            | Self::Inaccurate { .. } => 3,
+            | Self::Inaccurate { .. }
+            | Self::UnstableStep { .. }
+            | Self::NotConverged { .. }
+            | Self::BlowUp { .. } => 3,
             Self::Interrupted => 130,
         }
     }

@@ -1,18 +1,20 @@
 //! From a scene to a calibrated network: the method, step by step.
 //!
-//! 1. the body: patch, held and tied control points ([`body`]);
+//! 1. the body: a patch or a mesh ([`continuum`]), held and tied nodes ([`body`]);
 //! 2. the forces of every load case ([`loads`]);
 //! 3. the continuum reference: K_ref u_ref = f;
 //! 4. the springs on the same nodes, and one analysis of their pattern ([`network`]);
 //! 5. groups and bounds for every gamma, the fit of each (Algorithm 5.1), and the errors under fitted and held-out loads
 //!    ([`fit`]);
-//! 6. masses and damping if the scene asks for dynamics.
+//! 6. masses, damping, safe steps and motions if the scene asks for them ([`mod@motion`]).
 //!
 //! This is the only room that knows all rooms below.
 
 pub mod body;
+pub mod continuum;
 pub mod fit;
 pub mod loads;
+pub mod motion;
 pub mod network;
 pub mod plan;
 
@@ -22,10 +24,8 @@ use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
 use crate::export::{self, Calibrated, EXPORTERS};
 use crate::reference::Reference;
-use crate::scene::{Masses, Scene};
-use crate::sparse::ordering::nested_dissection;
-
-use crate::springs::{damping, masses, solver};
+use crate::scene::Scene;
+use crate::springs::solver;
 
 use body::Body;
 use fit::{Calibration, Given};
@@ -46,20 +46,12 @@ pub struct Study {
     pub lattice: Lattice,
     /// The calibration.
     pub calibration: Calibration,
-    /// Masses and damping, if the scene has `[dynamics]`.
-    pub dynamics: Option<DynamicsData>,
+    /// Masses, damping, safe steps and motions, if the scene has `[dynamics]`.
+    pub dynamics: Option<motion::Dynamics>,
     /// What the user should know.
     pub warnings: Vec<String>,
     /// Seconds of each stage, in order.
     pub seconds: Vec<(&'static str, f64)>,
-}
-
-/// What a simulator needs beside stiffness.
-pub struct DynamicsData {
-    /// Mass of every control point, kg (0 where it is tied to another).
-    pub masses: Vec<f64>,
-    /// Damping of every spring (4.18), N s/m; absent without alpha.
-    pub damping: Option<Vec<f64>>,
 }
 
 impl Study {
@@ -76,7 +68,7 @@ impl Study {
             .collect();
         let calibrated = Calibrated {
             name: &self.scene.name,
-            patch: &self.body.patch,
+            body: self.body.continuum.exported(),
             network: &self.lattice.network,
             dofs: &self.body.dofs,
             grouping: &self.calibration.grouping,
@@ -132,7 +124,12 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
     }?;
     timed("calibration", watch);
 
-    let dynamics = dynamics_data(&scene, &body, &lattice, &calibration)?;
+    let watch = Stopwatch::start();
+    let given = Given { scene: &scene, body: &body, loads: &loads, reference: &reference, lattice: &lattice };
+    let dynamics = motion::run(given, &calibration, progress)?;
+    if dynamics.is_some() {
+        timed("dynamics", watch);
+    }
     let mut warnings = body.warnings.clone();
     warnings.extend(lattice.warnings.iter().cloned());
     warnings.extend(calibration.warning());
@@ -141,25 +138,8 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
 
 /// The continuum under all loads.
 fn solve_reference(body: &Body, loads: &[LoadCase]) -> Result<Reference> {
-    let points = body.integration_points();
-    let reach = *body.patch.degree().iter().max().unwrap_or(&1);
-    let order = body.dofs.order(&nested_dissection(body.grid().extents(), reach, body.closed()));
+    let points = body.integration_points()?;
+    let order = body.reference_order(&points)?;
     let forces: Vec<_> = loads.iter().map(|case| case.load.clone()).collect();
     Reference::solve(&points, body.lame, &body.dofs, order, &forces)
-}
-
-/// Masses (3.11, 3.12) and damping (4.18), if the scene asks for them.
-fn dynamics_data(scene: &Scene, body: &Body, lattice: &Lattice, found: &Calibration) -> Result<Option<DynamicsData>> {
-    let Some(dynamics) = &scene.dynamics else { return Ok(None) };
-    let density = scene
-        .material
-        .density
-        .ok_or_else(|| Error::input("material.density", "is missing", "[dynamics] needs the mass density in kg/m^3"))?;
-    let shares = body.element_shares()?;
-    let masses = match dynamics.masses {
-        Masses::Element => masses::equal_shares(&body.dofs, &shares.nodes, &shares.measures, density),
-        Masses::Lumped => masses::lumped(&body.dofs, &shares.nodes, &shares.integrals, density),
-    };
-    let damping = dynamics.alpha.map(|alpha| damping::coefficients(&lattice.network, &found.stiffness, &masses, alpha));
-    Ok(Some(DynamicsData { masses, damping }))
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::Value;
-use springfit::export::{self, Calibrated, Case};
+use springfit::export::{self, Body, Calibrated, Case};
 use springfit::geometry::dofs::{DofMap, tie_coincident};
 use springfit::geometry::knots::KnotVector;
 use springfit::geometry::patch::Patch;
@@ -90,7 +90,7 @@ impl Model {
             names.iter().map(|name| Case { name, reference: &self.reference, springs: &self.springs }).collect();
         let results = Calibrated {
             name: "test",
-            patch: &self.patch,
+            body: Body::Patch(&self.patch),
             network: &self.network,
             dofs: &self.dofs,
             grouping: &self.grouping,

@@ -9,7 +9,7 @@ use springfit::springs::affine::{self, AffineStiffness};
 use springfit::springs::grouping::{self, Grouping};
 use springfit::springs::network::{Kind, Network};
 use springfit::springs::weighting::{self, Law, Weighting};
-use springfit::springs::{bounds, damping, masses, topology};
+use springfit::springs::{bounds, damping, topology};
 
 /// A control net with its supports.
 struct Body {
@@ -420,14 +420,4 @@ fn damping_4_18_of_experiment_4_i() {
     let stiffness = vec![400.0; network.springs.len()];
     let found = damping::coefficients(&network, &stiffness, &[2.0; 81], 20.0)[diagonal];
     assert!((found - 8.0 * 2.0_f64.sqrt()).abs() < 1e-12, "method section 9 says 11.31: {found}");
-}
-
-#[test]
-fn masses_3_12_of_a_square_are_quarters_of_cells() {
-    let body = box_body(&[3, 3], &[2.0, 2.0]);
-    let cells: Vec<u32> = body.grid.cells().concat();
-    let found = masses::equal_shares(&body.dofs, &cells, &[1.0; 4], 1143.0);
-    assert_eq!(found[0], 1143.0 / 4.0);
-    assert_eq!(found[4], 1143.0);
-    assert_eq!(found.iter().sum::<f64>(), 4.0 * 1143.0);
 }

@@ -16,14 +16,13 @@ use crate::geometry::patch::Patch;
 use crate::geometry::refine::bezier_elements;
 
 use super::Calibrated;
-use super::vtu::{self, Field, UnstructuredGrid, Values};
+use super::vtu::{self, Cells, Field, UnstructuredGrid, Values};
 
-/// The text of body.vtu.
+/// The text of body.vtu of a patch.
 ///
 /// # Errors
 /// When a displacement is not finite.
-pub fn document(results: &Calibrated) -> Result<Vec<u8>> {
-    let patch = results.patch;
+pub fn document(patch: &Patch, results: &Calibrated) -> Result<Vec<u8>> {
     let net = BezierNet::of(patch);
     let (points, weights) = net.points(patch);
     let mut point_fields = vec![Field::scalar(vtu::RATIONAL_WEIGHTS, weights)];
@@ -35,9 +34,11 @@ pub fn document(results: &Calibrated) -> Result<Vec<u8>> {
     let degrees = net.degree.map(|p| p as f64).repeat(cells);
     Ok(vtu::document(&UnstructuredGrid {
         points,
-        cell_type: if patch.dimension() == 2 { vtu::BEZIER_QUADRILATERAL } else { vtu::BEZIER_HEXAHEDRON },
-        connectivity: net.connectivity(patch.dimension()),
-        points_per_cell: net.degree.iter().map(|p| p + 1).product(),
+        cells: Cells::equal(
+            if patch.dimension() == 2 { vtu::BEZIER_QUADRILATERAL } else { vtu::BEZIER_HEXAHEDRON },
+            net.degree.iter().map(|p| p + 1).product(),
+            net.connectivity(patch.dimension()),
+        ),
         point_fields,
         cell_fields: vec![Field {
             name: vtu::HIGHER_ORDER_DEGREES.into(),

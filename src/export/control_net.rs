@@ -1,11 +1,11 @@
-//! The spring network as ParaView shows it: one line a spring, between the control points.
+//! The spring network as ParaView shows it: one line a spring, between the nodes.
 //!
 //! On the points the displacement of the reference, that of the springs, and their difference (springs minus
 //! reference), m; with several load cases one field a case. On the lines the group, the stiffness (N/m) and the rest
-//! length (m). Tied control points are there with the displacement of their master; their springs end at the master.
+//! length (m). Tied nodes are there with the displacement of their master; their springs end at the master.
 
 use super::Calibrated;
-use super::vtu::{self, Field, UnstructuredGrid};
+use super::vtu::{self, Cells, Field, UnstructuredGrid};
 
 /// The text of springs.vtu.
 pub fn document(results: &Calibrated) -> Vec<u8> {
@@ -14,9 +14,7 @@ pub fn document(results: &Calibrated) -> Vec<u8> {
     let groups = results.grouping.group_of.iter().map(|&group| i64::from(group)).collect();
     vtu::document(&UnstructuredGrid {
         points: network.positions.clone(),
-        cell_type: vtu::LINE,
-        connectivity: network.springs.iter().flat_map(|spring| spring.nodes).collect(),
-        points_per_cell: 2,
+        cells: Cells::equal(vtu::LINE, 2, network.springs.iter().flat_map(|spring| spring.nodes).collect()),
         point_fields: displacements(results),
         cell_fields: vec![
             Field::integer("group", groups),

@@ -4,12 +4,14 @@
 //! |---|---|
 //! | [`springs_json`] | the network itself: everything a simulator needs |
 //! | [`control_net`] | the network as lines, with both displacements and their difference, for ParaView |
-//! | [`body`] | the exact body as rational Bezier cells, with the reference displacement, for ParaView |
+//! | [`body`] | the exact body of a patch as rational Bezier cells, with the reference displacement, for ParaView |
+//! | [`mesh`] | the cells of a mesh, likewise |
 //! | [`vtu`] | the XML file format of VTK's unstructured grids |
 //! | [`mod@write`] | a file appears whole or not at all |
 
 pub mod body;
 pub mod control_net;
+pub mod mesh;
 pub mod springs_json;
 pub mod vtu;
 pub mod write;
@@ -18,9 +20,19 @@ use std::path::{Path, PathBuf};
 
 use crate::error::Result;
 use crate::geometry::dofs::DofMap;
+use crate::geometry::mesh::Mesh;
 use crate::geometry::patch::Patch;
 use crate::springs::grouping::Grouping;
 use crate::springs::network::Network;
+
+/// What a body is made of.
+#[derive(Debug, Clone, Copy)]
+pub enum Body<'a> {
+    /// A patch; its nodes are the control points.
+    Patch(&'a Patch),
+    /// A mesh.
+    Mesh(&'a Mesh),
+}
 
 /// A calibrated network beside the body it stands for.
 #[derive(Debug, Clone, Copy)]
@@ -28,16 +40,16 @@ pub struct Calibrated<'a> {
     /// Name of the scene.
     pub name: &'a str,
     /// The body.
-    pub patch: &'a Patch,
-    /// The springs between its control points.
+    pub body: Body<'a>,
+    /// The springs between its nodes.
     pub network: &'a Network,
-    /// Supports and ties of the control points.
+    /// Supports and ties of the nodes.
     pub dofs: &'a DofMap,
     /// The group of every spring.
     pub grouping: &'a Grouping,
     /// Stiffness of every spring, N/m, multiplicity included.
     pub stiffness: &'a [f64],
-    /// Mass of every control point, kg; when the scene has dynamics.
+    /// Mass of every node, kg; when the scene has dynamics.
     pub masses: Option<&'a [f64]>,
     /// Damping of every spring, N s/m; when the scene has dynamics.
     pub damping: Option<&'a [f64]>,
@@ -45,14 +57,14 @@ pub struct Calibrated<'a> {
     pub cases: &'a [Case<'a>],
 }
 
-/// What the control points do under one load.
+/// What the nodes do under one load.
 #[derive(Debug, Clone, Copy)]
 pub struct Case<'a> {
     /// Name of the load case; appended to the names of fields when there are several.
     pub name: &'a str,
-    /// Displacement of every control point in the reference, m.
+    /// Displacement of every node in the reference, m.
     pub reference: &'a [[f64; 3]],
-    /// Displacement of every control point of the springs, m.
+    /// Displacement of every node of the springs, m.
     pub springs: &'a [[f64; 3]],
 }
 
@@ -95,6 +107,10 @@ pub fn find(name: &str) -> Option<&'static Exporter> {
 fn write_vtu(results: &Calibrated, folder: &Path) -> Result<Vec<PathBuf>> {
     let (springs, body) = (folder.join("springs.vtu"), folder.join("body.vtu"));
     write::whole(&springs, &control_net::document(results))?;
-    write::whole(&body, &body::document(results)?)?;
+    let text = match results.body {
+        Body::Patch(patch) => body::document(patch, results)?,
+        Body::Mesh(mesh) => mesh::document(mesh, results),
+    };
+    write::whole(&body, &text)?;
     Ok(vec![springs, body])
 }

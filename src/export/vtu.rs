@@ -6,6 +6,14 @@
 
 /// Type number of a cell between two points.
 pub const LINE: u8 = 3;
+/// Type number of a triangle.
+pub const TRIANGLE: u8 = 5;
+/// Type number of a quadrilateral.
+pub const QUADRILATERAL: u8 = 9;
+/// Type number of a tetrahedron.
+pub const TETRAHEDRON: u8 = 10;
+/// Type number of a hexahedron.
+pub const HEXAHEDRON: u8 = 12;
 /// Type number of a rational Bezier quadrilateral.
 pub const BEZIER_QUADRILATERAL: u8 = 77;
 /// Type number of a rational Bezier hexahedron.
@@ -38,17 +46,43 @@ pub struct Field {
     pub values: Values,
 }
 
-/// Cells of one type on points, with fields.
+/// Cells between points.
+#[derive(Debug, Clone, Default)]
+pub struct Cells {
+    /// Type number of each cell.
+    pub types: Vec<u8>,
+    /// Points of all cells, one cell after the other.
+    pub connectivity: Vec<u32>,
+    /// Where each cell ends in `connectivity`.
+    pub ends: Vec<i64>,
+}
+
+impl Cells {
+    /// Cells of one type with equally many points.
+    pub fn equal(cell_type: u8, points_per_cell: usize, connectivity: Vec<u32>) -> Self {
+        let cells = connectivity.len() / points_per_cell;
+        Self {
+            types: vec![cell_type; cells],
+            ends: (1..=cells).map(|cell| (cell * points_per_cell) as i64).collect(),
+            connectivity,
+        }
+    }
+
+    /// Appends a cell.
+    pub fn push(&mut self, cell_type: u8, points: &[u32]) {
+        self.types.push(cell_type);
+        self.connectivity.extend_from_slice(points);
+        self.ends.push(self.connectivity.len() as i64);
+    }
+}
+
+/// Points, cells between them, and fields.
 #[derive(Debug, Clone)]
 pub struct UnstructuredGrid {
     /// Points, m.
     pub points: Vec<[f64; 3]>,
-    /// Type number of all cells.
-    pub cell_type: u8,
-    /// Points of each cell, equally many each, one cell after the other.
-    pub connectivity: Vec<u32>,
-    /// Points of one cell.
-    pub points_per_cell: usize,
+    /// Cells.
+    pub cells: Cells,
     /// Fields on the points.
     pub point_fields: Vec<Field>,
     /// Fields on the cells.
@@ -74,18 +108,18 @@ impl Field {
 
 /// The text of a .vtu file.
 pub fn document(grid: &UnstructuredGrid) -> Vec<u8> {
-    let cells = grid.connectivity.len() / grid.points_per_cell;
+    let cells = grid.cells.types.len();
     let mut text = String::from("<?xml version=\"1.0\"?>\n");
     text.push_str(
         "<VTKFile type=\"UnstructuredGrid\" version=\"2.2\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n",
     );
     let piece = format!("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{cells}\">", grid.points.len());
     text.push_str(&format!("<UnstructuredGrid>\n{piece}\n"));
-    let connectivity = grid.connectivity.iter().map(|&point| i64::from(point)).collect();
-    let offsets = (1..=cells).map(|cell| (cell * grid.points_per_cell) as i64).collect();
-    let types = Field { name: "types".into(), components: 1, values: Values::Byte(vec![grid.cell_type; cells]) };
+    let connectivity = grid.cells.connectivity.iter().map(|&point| i64::from(point)).collect();
+    let types = Field { name: "types".into(), components: 1, values: Values::Byte(grid.cells.types.clone()) };
     section(&mut text, "Points", &[Field::vector("Points", &grid.points)]);
-    let structure = [Field::integer("connectivity", connectivity), Field::integer("offsets", offsets), types];
+    let structure =
+        [Field::integer("connectivity", connectivity), Field::integer("offsets", grid.cells.ends.clone()), types];
     section(&mut text, "Cells", &structure);
     section(&mut text, "PointData", &grid.point_fields);
     section(&mut text, "CellData", &grid.cell_fields);

@@ -34,6 +34,16 @@ impl CellKind {
         }
     }
 
+    /// Its name in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Triangle => "triangle",
+            Self::Quadrilateral => "quadrilateral",
+            Self::Tetrahedron => "tetrahedron",
+            Self::Hexahedron => "hexahedron",
+        }
+    }
+
     /// Directions of the space that it fills, 2 or 3.
     pub fn dimension(self) -> usize {
         match self {

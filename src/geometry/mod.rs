@@ -5,6 +5,7 @@ pub mod dofs;
 pub mod file;
 pub mod gauss;
 pub mod grid;
+pub mod grid_mesh;
 pub mod knots;
 pub mod measure;
 pub mod mesh;

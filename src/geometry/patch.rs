@@ -273,7 +273,7 @@ impl Sums {
 }
 
 /// Inverse and determinant of a 3 x 3 matrix; the inverse is zero when the determinant is.
-fn invert(m: &[[f64; 3]; 3]) -> ([[f64; 3]; 3], f64) {
+pub(crate) fn invert(m: &[[f64; 3]; 3]) -> ([[f64; 3]; 3], f64) {
     let cofactor = |a: usize, b: usize| {
         let (r, s, c, d) = ((a + 1) % 3, (a + 2) % 3, (b + 1) % 3, (b + 2) % 3);
         m[r][c] * m[s][d] - m[r][d] * m[s][c]

@@ -18,6 +18,7 @@ mod boxes;
 mod plane;
 mod space;
 
+use super::grid::Grid;
 use super::knots::MAX_DEGREE;
 use super::patch::{MAX_NODES, Patch};
 use super::refine::{elevate_degree, insert_knots};
@@ -42,6 +43,8 @@ pub struct Shape {
     pub fixed_face: &'static str,
     /// Force on every free control point (N) in the source, Table 5.2; ours where the source has none.
     pub default_force: [f64; 3],
+    /// True when it has straight edges and flat faces, so that degree 1 describes it.
+    pub straight: bool,
     /// Builds the patch. Its errors name `geometry.control_points`, `geometry.degree` or `geometry.size`.
     pub build: fn(&ShapeRequest) -> Result<Patch>,
 }
@@ -65,6 +68,34 @@ impl Shape {
             degree: self.default_degree.to_vec(),
             size: self.default_size[..self.dimension].to_vec(),
         }
+    }
+
+    /// A grid of nodes on the body (m), `request.control_points` of them along each direction: at equally spaced parameters
+    /// of the exact patch. The degree of the request is not looked at.
+    ///
+    /// # Errors
+    /// Those of [`Shape::build`]; a curved body needs no more than two nodes a direction.
+    pub fn nodes(&self, request: &ShapeRequest) -> Result<Vec<[f64; 3]>> {
+        let counts = &request.control_points;
+        if self.straight {
+            let linear = ShapeRequest { degree: vec![1; self.dimension], ..request.clone() };
+            return Ok((self.build)(&linear)?.points().to_vec());
+        }
+        check_request(self.dimension, &ShapeRequest { degree: self.default_degree.to_vec(), ..request.clone() })?;
+        check_control_points(request, &vec![2; self.dimension])?;
+        let patch = (self.build)(&ShapeRequest { size: request.size.clone(), ..self.default_request() })?;
+        let (grid, parameters) = (Grid::new(counts), |a: usize| patch.knots(a).knots());
+        let place = |node: usize| {
+            let index = grid.index(node);
+            let mut xi = [0.0; 3];
+            for a in 0..self.dimension {
+                let (first, last) = (parameters(a)[0], parameters(a)[parameters(a).len() - 1]);
+                let share = index[a] as f64 / (counts[a] - 1) as f64;
+                xi[a] = (1.0 - share) * first + share * last;
+            }
+            patch.evaluate(xi)
+        };
+        Ok((0..grid.len()).map(place).collect())
     }
 }
 
@@ -185,6 +216,22 @@ mod tests {
             assert!(find(shape.name).is_some_and(|found| found.doc == shape.doc));
         }
         assert!(find("pretzel").is_none());
+    }
+
+    #[test]
+    fn nodes_lie_on_the_body() {
+        for shape in SHAPES {
+            let counts = vec![3; shape.dimension];
+            let request = ShapeRequest { control_points: counts.clone(), ..shape.default_request() };
+            let nodes = shape.nodes(&request).unwrap();
+            let patch = (shape.build)(&shape.default_request()).unwrap();
+            let end = |a: usize| *patch.knots(a).knots().last().unwrap();
+            let middle = patch.evaluate(std::array::from_fn(|a| if a < shape.dimension { 0.5 * end(a) } else { 0.0 }));
+            let found = nodes[nodes.len() / 2];
+            assert!((0..3).all(|a| (found[a] - middle[a]).abs() < 1e-14), "{}: {found:?} {middle:?}", shape.name);
+            let linear = ShapeRequest { degree: vec![1; shape.dimension], ..request };
+            assert_eq!(shape.straight, (shape.build)(&linear).is_ok(), "{}", shape.name);
+        }
     }
 
     #[test]

@@ -99,6 +99,12 @@ impl Material {
 }
 
 impl Lame {
+    /// kappa = lambda + 2 mu / 3 in Pa: what a change of volume costs; in three dimensions and in plane strain the bulk
+    /// modulus.
+    pub fn volumetric(&self) -> f64 {
+        self.lambda + 2.0 / 3.0 * self.mu
+    }
+
     /// Stress in Pa of a displacement gradient `gradient[a][b]` = du_a/dx_b (3x3, zero in missing directions).
     ///
     /// In two dimensions the in-plane components are those of the plane problem; the zz component is left as

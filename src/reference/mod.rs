@@ -4,8 +4,9 @@
 //! |---|---|
 //! | [`material`] | Young's modulus and Poisson's ratio to the two constants of isotropic elasticity |
 //! | [`points`] | integration points, the one currency between a method and every integral |
-//! | [`methods`] | how each method fills them: isogeometric |
+//! | [`methods`] | the table of methods, and how each fills them: splines, finite elements |
 //! | [`stiffness`] | element stiffness, its pattern and its assembly |
+//! | [`mass`] | consistent and lumped masses, Rayleigh damping |
 //! | [`loads`] | forces on nodes, tractions, body forces |
 //! | [`supports`] | do the supports hold the body |
 //! | [`statics`] | K u = f with a checked backward error |
@@ -15,6 +16,7 @@
 //! [`Reference::solve`] puts them together and chooses between the two ways to solve. The room does not know that springs exist.
 
 pub mod loads;
+pub mod mass;
 pub mod material;
 pub mod matrix_free;
 pub mod methods;

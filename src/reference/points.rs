@@ -9,7 +9,17 @@
 //! ```
 //!
 //! A method (see [`super::methods`]) differs from another only in how it fills an [`ElementPoints`]. Volumes are in
-//! m^3: in two dimensions they contain the thickness.
+//! m^3: in two dimensions they contain the thickness. Integrals of N_a N_b (the mass) may need more points than those of
+//! the gradients: [`IntegrationPoints::fill_mass`].
+//!
+//! A method against locking takes the change of volume of an element not from the gradients g_a(q) at a point but from
+//! their mean over the element, V = sum_q v_q:
+//!
+//! ```text
+//!     gbar_a = sum_q v_q g_a(q) / V,      tr(e) at every point becomes  sum_a u_a . gbar_a      (B-bar, Hughes 1980)
+//! ```
+//!
+//! [`ElementPoints::mean_gradients`] then holds gbar; it is empty for all other methods.
 
 use rayon::prelude::*;
 
@@ -30,6 +40,8 @@ pub struct ElementPoints {
     pub values: Vec<f64>,
     /// Gradients of the shape functions in 1/m, stored like the values; zero in missing directions.
     pub gradients: Vec<[f64; 3]>,
+    /// Mean gradients over the element in 1/m, one a node, where the change of volume is taken from them; else empty.
+    pub mean_gradients: Vec<[f64; 3]>,
     /// Workspace of the methods that ask a patch for one point at a time.
     pub(super) shape: Option<ShapeFunctions>,
 }
@@ -41,6 +53,30 @@ impl ElementPoints {
         self.positions.clear();
         self.values.clear();
         self.gradients.clear();
+        self.mean_gradients.clear();
+    }
+
+    /// Writes the mean gradients of the points.
+    fn average_gradients(&mut self) {
+        let nodes = self.gradients.len() / self.len().max(1);
+        let volume: f64 = self.volumes.iter().sum();
+        self.mean_gradients.resize(nodes, [0.0; 3]);
+        for (q, gradients) in self.gradients.chunks_exact(nodes.max(1)).enumerate() {
+            let share = self.volumes[q] / volume;
+            for (mean, gradient) in self.mean_gradients.iter_mut().zip(gradients) {
+                (0..3).for_each(|a| mean[a] += share * gradient[a]);
+            }
+        }
+    }
+
+    /// sum_a u_a . gbar_a of a displacement (n x 3, m), where the change of volume is taken from it.
+    pub fn mean_trace(&self, acting: &[u32], displacement: &[[f64; 3]]) -> Option<f64> {
+        let product = |(&node, gradient): (&u32, &[f64; 3])| {
+            let u = displacement[node as usize];
+            u[0] * gradient[0] + u[1] * gradient[1] + u[2] * gradient[2]
+        };
+        let means = &self.mean_gradients;
+        (!means.is_empty()).then(|| acting.iter().zip(means).map(product).sum())
     }
 
     /// Number of points.
@@ -64,6 +100,8 @@ pub struct IntegrationPoints<'a> {
     thickness: f64,
     acting: Vec<Vec<u32>>,
     fill: Fill<'a>,
+    fill_mass: Option<Fill<'a>>,
+    mean_dilatation: bool,
     splines: Option<(&'a Patch, usize)>,
     warnings: Vec<String>,
 }
@@ -73,7 +111,29 @@ impl<'a> IntegrationPoints<'a> {
     /// order in which `fill` writes their shape functions. `thickness` (m) is what `fill` multiplies areas with, 1 in
     /// three dimensions.
     pub(super) fn new(dimension: usize, nodes: usize, thickness: f64, acting: Vec<Vec<u32>>, fill: Fill<'a>) -> Self {
-        Self { dimension, nodes, thickness, acting, fill, splines: None, warnings: Vec::new() }
+        Self {
+            dimension,
+            nodes,
+            thickness,
+            acting,
+            fill,
+            fill_mass: None,
+            mean_dilatation: false,
+            splines: None,
+            warnings: Vec::new(),
+        }
+    }
+
+    /// The same elements with other points for integrals of N_a N_b.
+    pub(super) fn with_mass_points(mut self, fill: Fill<'a>) -> Self {
+        self.fill_mass = Some(fill);
+        self
+    }
+
+    /// The same points with the change of volume from the mean gradients of the element.
+    pub(super) fn with_mean_dilatation(mut self) -> Self {
+        self.mean_dilatation = true;
+        self
     }
 
     /// The same points with a remark for the user.
@@ -128,7 +188,22 @@ impl<'a> IntegrationPoints<'a> {
     /// # Errors
     /// [`crate::error::Error::FoldedElement`] where the map of the geometry degenerates.
     pub fn fill(&self, element: usize, out: &mut ElementPoints) -> Result<()> {
-        (self.fill)(element, out)
+        (self.fill)(element, out)?;
+        if self.mean_dilatation {
+            out.average_gradients();
+        }
+        Ok(())
+    }
+
+    /// Fills points that integrate products of two shape functions well; their gradients need not be looked at.
+    ///
+    /// # Errors
+    /// Those of [`IntegrationPoints::fill`].
+    pub fn fill_mass(&self, element: usize, out: &mut ElementPoints) -> Result<()> {
+        match &self.fill_mass {
+            Some(fill) => fill(element, out),
+            None => (self.fill)(element, out),
+        }
     }
 
     /// Computes one value an element, in parallel; the values come back in the order of the elements.

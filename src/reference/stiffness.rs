@@ -8,6 +8,13 @@
 //!     K_ab = lambda S_ab + mu S_ab^T + mu tr(S_ab) 1
 //! ```
 //!
+//! Where the change of volume comes from mean gradients gbar ([`super::points`]), the volumetric part of the energy,
+//! kappa/2 tr(e)^2 with kappa = lambda + 2 mu / 3, is that of the mean, which with V = sum_q v_q adds to the block
+//!
+//! ```text
+//!     kappa (V gbar_a gbar_b^T - S_ab)
+//! ```
+//!
 //! All S_ab of an element together are one symmetric matrix product S = G^T V G, where G holds a row of n d gradient
 //! components for each point. It costs nearly all the time, so it is computed in 4 x 4 tiles that stay in registers,
 //! upper triangle only. K is in N/m.
@@ -118,10 +125,29 @@ pub(super) fn element(points: &ElementPoints, dimension: usize, lame: Lame, s: &
             }
         }
     }
+    if !points.mean_gradients.is_empty() {
+        add_mean_dilatation(points, dimension, lame.volumetric(), s, out);
+    }
+}
+
+/// Adds kappa (V gbar_a gbar_b^T - S_ab) to every block.
+fn add_mean_dilatation(points: &ElementPoints, dimension: usize, kappa: f64, s: &Products, out: &mut [f64]) {
+    let volume: f64 = points.volumes.iter().sum();
+    let size = points.mean_gradients.len() * dimension;
+    let mean = |row: usize| points.mean_gradients[row / dimension][row % dimension];
+    for row in 0..size {
+        for column in row..size {
+            let change = kappa * (volume * mean(row) * mean(column) - s.at(row, column));
+            out[row * size + column] += change;
+            if column != row {
+                out[column * size + row] += change;
+            }
+        }
+    }
 }
 
 /// Dof numbers of the nodes that act in an element, FIXED where held; length n d.
-fn element_dofs(acting: &[u32], dofs: &DofMap, out: &mut Vec<u32>) {
+pub(super) fn element_dofs(acting: &[u32], dofs: &DofMap, out: &mut Vec<u32>) {
     out.clear();
     out.extend(acting.iter().flat_map(|&node| dofs.free(node as usize)));
 }
@@ -162,8 +188,18 @@ pub fn internal_forces(points: &IntegrationPoints, lame: Lame, displacement: &[[
     let parts = points.map(|e, filled| {
         let acting = points.acting(e);
         let mut forces = vec![[0.0; 3]; acting.len()];
+        let mean_trace = filled.mean_trace(acting, displacement);
         for (q, gradients) in filled.gradients.chunks_exact(acting.len().max(1)).enumerate() {
-            let stress = lame.stress(&displacement_gradient(acting, gradients, displacement));
+            let gradient = displacement_gradient(acting, gradients, displacement);
+            let mut stress = lame.stress(&gradient);
+            if let Some(mean) = mean_trace {
+                // the volumetric stress acts through the mean gradients instead
+                let trace = gradient[0][0] + gradient[1][1] + gradient[2][2];
+                (0..3).for_each(|i| stress[i][i] -= lame.volumetric() * trace);
+                for (force, gradient) in forces.iter_mut().zip(&filled.mean_gradients) {
+                    (0..3).for_each(|i| force[i] += filled.volumes[q] * lame.volumetric() * mean * gradient[i]);
+                }
+            }
             for (force, gradient) in forces.iter_mut().zip(gradients) {
                 for (f, row) in force.iter_mut().zip(&stress).take(points.dimension()) {
                     *f += filled.volumes[q] * (row[0] * gradient[0] + row[1] * gradient[1] + row[2] * gradient[2]);

@@ -2,7 +2,7 @@
 
 use crate::geometry::patch::Patch;
 use crate::reference::material::Lame;
-use crate::reference::points::displacement_gradient;
+use crate::reference::points::{ElementPoints, displacement_gradient};
 
 /// Displacement (m) and stress (Pa) at one place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,4 +34,21 @@ pub fn at(patch: &Patch, lame: Lame, displacement: &[[f64; 3]], xi: [f64; 3]) ->
     }
     let gradient = displacement_gradient(&acting, &shape.gradients, displacement);
     State { position: shape.point, displacement: moved, gradient, stress: lame.stress(&gradient) }
+}
+
+/// Stress (Pa) at every integration point of an element whose acting nodes move by `displacement` (n x 3, in m).
+///
+/// Where the change of volume comes from mean gradients, so does the pressure.
+pub fn in_element(filled: &ElementPoints, acting: &[u32], lame: Lame, displacement: &[[f64; 3]]) -> Vec<[[f64; 3]; 3]> {
+    let mean = filled.mean_trace(acting, displacement);
+    let at = |gradients: &[[f64; 3]]| {
+        let gradient = displacement_gradient(acting, gradients, displacement);
+        let mut stress = lame.stress(&gradient);
+        if let Some(mean) = mean {
+            let trace = gradient[0][0] + gradient[1][1] + gradient[2][2];
+            (0..3).for_each(|i| stress[i][i] += lame.volumetric() * (mean - trace));
+        }
+        stress
+    };
+    filled.gradients.chunks_exact(acting.len().max(1)).map(at).collect()
 }

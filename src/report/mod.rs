@@ -3,11 +3,13 @@
 //! | file | idea |
 //! |---|---|
 //! | [`result`] | result.json |
+//! | [`motion`] | its part about masses, steps and motions |
 //! | [`summary`] | what a person reads after a run or a check |
 //! | [`reproduce`] | tables of the thesis, theirs beside ours |
 //! | [`mod@bench`] | speed against error on this machine |
 
 pub mod bench;
+pub mod motion;
 pub mod reproduce;
 pub mod result;
 pub mod summary;

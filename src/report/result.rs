@@ -10,6 +10,7 @@ use serde::Serialize;
 use crate::calibration::errors::Errors;
 use crate::memory;
 use crate::reference::Path;
+use crate::report::motion::Dynamics;
 use crate::scene::Scene;
 use crate::study::plan::Sizes;
 use crate::study::{Study, fit};
@@ -34,7 +35,7 @@ pub struct Document<'a> {
 
 #[derive(Debug, Serialize)]
 struct Reference {
-    method: String,
+    method: &'static str,
     path: &'static str,
     iterations: u64,
     compliance: f64,
@@ -127,15 +128,6 @@ struct Solver<'a> {
     e_rms_difference: f64,
 }
 
-#[derive(Debug, Serialize)]
-struct Dynamics {
-    total_mass: f64,
-    smallest_mass: f64,
-    largest_mass: f64,
-    alpha: Option<f64>,
-    damping: Option<[f64; 2]>,
-}
-
 impl<'a> Document<'a> {
     /// The document of a study.
     pub fn of(study: &'a Study) -> Self {
@@ -171,7 +163,7 @@ fn reference(study: &Study) -> Reference {
         Path::Iterative { iterations, .. } => ("iterative", iterations.iter().map(|&count| count as u64).sum()),
     };
     Reference {
-        method: study.scene.reference.method.clone(),
+        method: study.body.method.name,
         path,
         iterations,
         compliance: case.compliance,
@@ -260,17 +252,5 @@ fn rows(study: &Study) -> Vec<Row<'_>> {
 }
 
 fn dynamics(study: &Study) -> Option<Dynamics> {
-    let data = study.dynamics.as_ref()?;
-    let range = |values: &[f64]| {
-        let positive = values.iter().copied().filter(|value| *value > 0.0);
-        [positive.clone().fold(f64::INFINITY, f64::min), positive.fold(0.0, f64::max)]
-    };
-    let [smallest_mass, largest_mass] = range(&data.masses);
-    Some(Dynamics {
-        total_mass: data.masses.iter().sum(),
-        smallest_mass,
-        largest_mass,
-        alpha: study.scene.dynamics.as_ref().and_then(|dynamics| dynamics.alpha),
-        damping: data.damping.as_deref().map(range),
-    })
+    Some(Dynamics::of(study.dynamics.as_ref()?, study.scene.dynamics.as_ref()?))
 }

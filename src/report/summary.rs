@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use crate::calibration::errors::Errors;
 use crate::memory;
+use crate::report::motion;
 use crate::study::Study;
 use crate::study::plan::{Plan, Sizes};
 
@@ -24,7 +25,7 @@ pub fn run(study: &Study) -> String {
     ));
     line(format!(
         "reference: {}, measure {:.6}, u_max {:.6} m, backward error {:.1e}, {:.3} s",
-        study.scene.reference.method,
+        study.body.method.name,
         study.reference.measure,
         study.reference.cases.iter().fold(0.0, |a: f64, c| a.max(c.u_max)),
         study.reference.backward_error,
@@ -72,6 +73,9 @@ pub fn run(study: &Study) -> String {
         line(format!("{role} {}: e_rms {e_rms:.4} %, e_max {e_max:.4} %", case.name));
     }
     line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
+    if let Some(dynamics) = &study.dynamics {
+        line(motion::summary(dynamics).trim_end().to_owned());
+    }
     let total: f64 = study.seconds.iter().map(|(_, seconds)| seconds).sum();
     let counts = &found.counts;
     let choice = &study.lattice.choice;
@@ -100,6 +104,9 @@ pub fn check(plan: &Plan) -> String {
         .map(|(gamma, groups)| gamma.map_or(format!("{groups} groups"), |gamma| format!("{gamma}: {groups}")))
         .collect();
     let _ = writeln!(text, "  groups by gamma: {}", rows.join(", "));
+    if let Some(step) = plan.safe_step {
+        let _ = writeln!(text, "  a step of {step:.4e} s is safe for small motion whatever the calibration finds");
+    }
     let [reference, springs] = plan.factor_entries;
     let _ = writeln!(text, "  factor entries: reference {reference}, springs {springs}");
     let _ = writeln!(text, "  memory about {:.1} MB, time about {:.2} s", plan.memory_bytes as f64 / 1e6, plan.seconds);

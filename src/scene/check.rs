@@ -5,12 +5,14 @@
 
 use crate::error::{Error, Result};
 use crate::geometry::knots::MAX_DEGREE;
+use crate::reference::methods::{self, Method};
 use crate::springs::grouping;
 
 use super::choices::{FACES, known, names};
+use super::dynamics;
 use super::load::LOAD_KINDS;
 use super::{
-    Annealing, BoxRegion, Calibration, Dynamics, Gamma, GammaSweep, GaussNewton, Geometry, Load, Plane, Scene, Solver,
+    Annealing, BoxRegion, Calibration, Gamma, GammaSweep, GaussNewton, Geometry, Load, Plane, Reference, Scene, Solver,
 };
 
 /// Most control points of a grid.
@@ -29,17 +31,13 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     check_material(scene)?;
     check_support(scene)?;
     check_loads(&scene.load)?;
-    known("reference.method", &scene.reference.method, &names("reference.method"))?;
+    check_reference(scene)?;
     known("springs.topology", &scene.springs.topology, &names("springs.topology"))?;
     known("springs.grouping", &scene.springs.grouping, &names("springs.grouping"))?;
-    if let Some(thickness) = scene.reference.thickness {
-        positive("reference.thickness", thickness)?;
-    }
-    within("reference.extra_gauss_points", scene.reference.extra_gauss_points, 0, 32)?;
     check_calibration(&scene.calibration)?;
     check_solver(&scene.solver)?;
     if let Some(dynamics) = &scene.dynamics {
-        check_dynamics(dynamics, scene.material.density)?;
+        dynamics::check(scene, dynamics)?;
     }
     if let Some(shape) = scene.geometry.known_shape() {
         check_dimension(scene, shape.dimension)?;
@@ -100,6 +98,45 @@ fn check_geometry(geometry: &Geometry) -> Result<()> {
         return Err(Error::input("geometry.control_points", message, format!("at most {MOST_CONTROL_POINTS}")));
     }
     Ok(())
+}
+
+/// The method by name, the degree that only splines have, and plain ranges.
+fn check_reference(scene: &Scene) -> Result<()> {
+    let Reference { method, thickness, extra_gauss_points, .. } = &scene.reference;
+    if let Some(method) = method {
+        known("reference.method", method, &names("reference.method"))?;
+    }
+    if let Some(thickness) = thickness {
+        positive("reference.thickness", *thickness)?;
+    }
+    within("reference.extra_gauss_points", *extra_gauss_points, 0, 32)?;
+    match (&scene.geometry.degree, named_method(scene)) {
+        (Some(degree), Some(method)) if !method.works_on_patches() => Err(Error::input(
+            "geometry.degree",
+            format!("{degree:?} has no meaning for the method \"{}\": its elements are linear", method.name),
+            "remove geometry.degree, or use reference.method = \"iga\"",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// The method that the scene names, if it is known.
+fn named_method(scene: &Scene) -> Option<&'static Method> {
+    scene.reference.method.as_deref().and_then(methods::find)
+}
+
+/// Checks that a method is for bodies of `dimension` 2 or 3.
+///
+/// # Errors
+/// [`Error::Input`] at `reference.method` with the methods that are.
+pub fn check_method(method: &Method, dimension: usize) -> Result<()> {
+    let fits = |method: &Method| method.dimension().is_none_or(|own| own == dimension);
+    if fits(method) {
+        return Ok(());
+    }
+    let others: Vec<&str> = methods::METHODS.iter().filter(|method| fits(method)).map(|method| method.name).collect();
+    let message = format!("\"{}\" is not for bodies in {dimension}D", method.name);
+    Err(Error::input("reference.method", message, format!("methods in {dimension}D are {}", others.join(", "))))
 }
 
 fn only_with_shape(geometry: &Geometry) -> Result<()> {
@@ -227,17 +264,6 @@ fn check_solver(solver: &Solver) -> Result<()> {
     Err(Error::input("solver.tolerance", message, format!("give a number from {least:e} to {most:e}")))
 }
 
-fn check_dynamics(dynamics: &Dynamics, density: Option<f64>) -> Result<()> {
-    known("dynamics.integrator", &dynamics.integrator, &names("dynamics.integrator"))?;
-    if let Some(alpha) = dynamics.alpha {
-        positive("dynamics.alpha", alpha)?;
-    }
-    match density {
-        Some(_) => Ok(()),
-        None => Err(Error::input("material.density", "is missing", "masses need it: add material.density in kg/m^3")),
-    }
-}
-
 fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
     let geometry = &scene.geometry;
     length("geometry.size", geometry.size.as_ref().map(Vec::len), dimension)?;
@@ -254,6 +280,8 @@ fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
             known(&format!("load[{i}].traction.face"), &traction.face, &FACES[..2 * dimension])?;
         }
     }
+    let gravity = scene.dynamics.as_ref().and_then(|dynamics| dynamics.gravity.as_ref());
+    length("dynamics.gravity", gravity.map(Vec::len), dimension)?;
     for (i, face) in scene.support.faces.iter().enumerate() {
         known(&format!("support.faces[{i}]"), face, &FACES[..2 * dimension])?;
     }
@@ -262,6 +290,9 @@ fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
             let key = format!("support.components[{i}]");
             return Err(Error::input(key, "the body has no component z", "a body in 2D has x and y"));
         }
+    }
+    if let Some(method) = named_method(scene) {
+        check_method(method, dimension)?;
     }
     check_plane(scene, dimension)
 }
@@ -289,6 +320,9 @@ fn warnings(scene: &Scene) -> Vec<String> {
     if !uses_gamma && scene.calibration.gamma != Gamma::Sweep(GammaSweep::default()) {
         warnings.push(format!("calibration.gamma has no effect on the grouping \"{}\"", scene.springs.grouping));
     }
+    if scene.reference.extra_gauss_points > 0 && named_method(scene).is_some_and(|method| !method.works_on_patches()) {
+        warnings.push("reference.extra_gauss_points has no effect on finite elements".to_owned());
+    }
     warnings
 }
 
@@ -302,14 +336,14 @@ fn length(key: &str, found: Option<usize>, dimension: usize) -> Result<()> {
     }
 }
 
-fn positive(key: &str, value: f64) -> Result<()> {
+pub(super) fn positive(key: &str, value: f64) -> Result<()> {
     if value > 0.0 {
         return Ok(());
     }
     Err(Error::input(key, format!("{value} is not positive"), "give a number above 0"))
 }
 
-fn within(key: &str, value: usize, least: usize, most: usize) -> Result<()> {
+pub(super) fn within(key: &str, value: usize, least: usize, most: usize) -> Result<()> {
     if (least..=most).contains(&value) {
         return Ok(());
     }

@@ -3,7 +3,9 @@
 //! A table lists only what is built. A choice gets here with the code behind it.
 
 use crate::calibration::optimiser;
+use crate::dynamics::integrator::INTEGRATORS;
 use crate::error::{Error, Result};
+use crate::reference::methods;
 use crate::springs::{grouping, topology};
 
 use crate::geometry::shapes;
@@ -31,16 +33,20 @@ pub struct Kind {
 /// Every table, in the order of the scene.
 pub const KINDS: &[Kind] = &[
     Kind { name: "shapes", key: "geometry.shape", choices: shape_choices },
-    Kind { name: "methods", key: "reference.method", choices: || METHODS.to_vec() },
+    Kind { name: "methods", key: "reference.method", choices: method_choices },
     Kind { name: "topologies", key: "springs.topology", choices: topology_choices },
     Kind { name: "groupings", key: "springs.grouping", choices: grouping_choices },
     Kind { name: "objectives", key: "calibration.objective", choices: || OBJECTIVES.to_vec() },
     Kind { name: "optimisers", key: "calibration.optimiser", choices: optimiser_choices },
-    Kind { name: "integrators", key: "dynamics.integrator", choices: || INTEGRATORS.to_vec() },
+    Kind { name: "integrators", key: "dynamics.integrator", choices: integrator_choices },
 ];
 
 fn shape_choices() -> Vec<Choice> {
     shapes::SHAPES.iter().map(|shape| Choice { name: shape.name, doc: shape.doc }).collect()
+}
+
+fn method_choices() -> Vec<Choice> {
+    methods::METHODS.iter().map(|method| Choice { name: method.name, doc: method.doc }).collect()
 }
 
 fn topology_choices() -> Vec<Choice> {
@@ -55,13 +61,12 @@ fn optimiser_choices() -> Vec<Choice> {
     optimiser::OPTIMISERS.iter().map(|optimiser| Choice { name: optimiser.name, doc: optimiser.doc }).collect()
 }
 
-const METHODS: &[Choice] = &[Choice { name: "iga", doc: "isogeometric: the NURBS of the body carry the displacement" }];
+fn integrator_choices() -> Vec<Choice> {
+    INTEGRATORS.iter().map(|integrator| Choice { name: integrator.name, doc: integrator.doc }).collect()
+}
 
 const OBJECTIVES: &[Choice] =
     &[Choice { name: "displacement", doc: "root mean square displacement error in percent of the largest (5.7)" }];
-
-const INTEGRATORS: &[Choice] =
-    &[Choice { name: "leapfrog", doc: "the explicit scheme the masses and damping are meant for" }];
 
 /// Faces of the control grid: first and last index of each direction.
 pub(super) const FACES: [&str; 6] = ["x-", "x+", "y-", "y+", "z-", "z+"];
@@ -128,7 +133,6 @@ mod tests {
         let calibration = super::super::Calibration::default();
         let springs = super::super::Springs::default();
         for (key, name) in [
-            ("reference.method", super::super::Reference::default().method),
             ("springs.topology", springs.topology),
             ("springs.grouping", springs.grouping),
             ("calibration.objective", calibration.objective),

@@ -17,6 +17,7 @@ mod body;
 mod calibration;
 mod check;
 mod choices;
+mod dynamics;
 mod entries;
 mod load;
 mod located;
@@ -33,15 +34,16 @@ use serde::{Deserialize, Serialize};
 
 pub use body::{Axis, BoxRegion, Geometry, Material, Support};
 pub use calibration::{Annealing, Calibration, Gamma, GammaSweep, GaussNewton};
-pub use check::{check, check_body};
+pub use check::{check, check_body, check_method};
 pub use choices::{Choice, KINDS, Kind};
+pub use dynamics::{Dynamics, Initial, Masses, Model, Step};
 pub use load::{Load, PointForce, Traction};
 pub use located::{Located, Source};
 pub use parse::{Input, parse, read};
 pub use reference::{Plane, Reference};
 pub use resolve::resolve;
 pub use solver::Solver;
-pub use springs::{Dynamics, Masses, Springs};
+pub use springs::Springs;
 pub use template::template;
 
 /// Everything a run needs to know; the top level of a scene file.
@@ -74,7 +76,7 @@ pub struct Scene {
     /// How the springs are solved.
     #[serde(default)]
     pub solver: Solver,
-    /// Masses and damping for later motion; absent: neither is computed.
+    /// Masses, damping and motion; absent: none of them is computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dynamics: Option<Dynamics>,
 }

@@ -6,12 +6,13 @@ use serde::{Deserialize, Serialize};
 use super::choices::names;
 
 /// `[reference]`: method and plane of the continuum model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Reference {
-    /// Method of the continuum model (`springfit list methods`).
+    /// Method of the continuum model (`springfit list methods`); default: iga for patches, elements that fit for meshes.
     #[schemars(extend("enum" = names("reference.method")))]
-    pub method: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub method: Option<String>,
     /// Plane assumption of a body in 2D; default stress. Not for 3D.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plane: Option<Plane>,
@@ -20,12 +21,6 @@ pub struct Reference {
     pub thickness: Option<f64>,
     /// Gauss points per direction and knot span beyond degree + 1, 0 to 32; more for strongly rational patches.
     pub extra_gauss_points: usize,
-}
-
-impl Default for Reference {
-    fn default() -> Self {
-        Self { method: "iga".into(), plane: None, thickness: None, extra_gauss_points: 0 }
-    }
 }
 
 /// What a body in 2D does across its thickness.

@@ -1,19 +1,24 @@
 //! The scene with every default written out, as the result prints it.
 
+use crate::reference::methods::Method;
+
 use super::{Axis, Plane, Scene};
 
-/// Fills in what depends on the body, of `dimension` 2 or 3: extents, control points and degree of a shape, the held
-/// components, and in 2D plane and thickness.
+/// Fills in what depends on the body, of `dimension` 2 or 3, and its method: extents, control points and degree of a shape
+/// (no degree under finite elements), the held components, and in 2D plane and thickness.
 ///
 /// A body from a file keeps its own extents, control points and degree; they stay absent.
-pub fn resolve(scene: &Scene, dimension: usize) -> Scene {
+pub fn resolve(scene: &Scene, dimension: usize, method: &Method) -> Scene {
     let mut resolved = scene.clone();
     let geometry = &mut resolved.geometry;
     if let Some(shape) = geometry.known_shape() {
         geometry.size.get_or_insert_with(|| shape.default_size[..dimension].to_vec());
         geometry.control_points.get_or_insert_with(|| shape.default_control_points.to_vec());
-        geometry.degree.get_or_insert_with(|| shape.default_degree.to_vec());
+        if method.works_on_patches() {
+            geometry.degree.get_or_insert_with(|| shape.default_degree.to_vec());
+        }
     }
+    resolved.reference.method.get_or_insert_with(|| method.name.to_owned());
     resolved.support.components.get_or_insert_with(|| Axis::ALL[..dimension].to_vec());
     if dimension == 2 {
         resolved.reference.plane.get_or_insert(Plane::Stress);

@@ -1,4 +1,4 @@
-//! `[springs]` and `[dynamics]`: the network, its masses and its damping.
+//! `[springs]`: the network.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -32,34 +32,4 @@ impl Default for Springs {
             grouping: "length".into(),
         }
     }
-}
-
-/// `[dynamics]`: what is computed for a later time integration.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct Dynamics {
-    /// How the mass of the body is shared among the control points; needs `material.density`.
-    pub masses: Masses,
-    /// Damping constant alpha of (4.18) in s, above 0: c = 2 sqrt(k (m_i + m_j)) / (alpha l0); absent: no damping.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub alpha: Option<f64>,
-    /// Time integrator the network is meant for (`springfit list integrators`).
-    #[schemars(extend("enum" = names("dynamics.integrator")))]
-    pub integrator: String,
-}
-
-impl Default for Dynamics {
-    fn default() -> Self {
-        Self { masses: Masses::Element, alpha: None, integrator: "leapfrog".into() }
-    }
-}
-
-/// How the mass of the body is shared among the control points.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Masses {
-    /// (3.12): every element shares its mass equally among its control points.
-    Element,
-    /// (3.11): the lumped diagonal of the mass matrix.
-    Lumped,
 }

@@ -8,6 +8,7 @@ use toml_edit::{DocumentMut, Item, Table};
 
 use crate::error::Result;
 use crate::geometry::shapes::{self, Shape};
+use crate::reference::methods::METHODS;
 
 use super::choices::{known, names};
 use super::{Calibration, Geometry, Load, Material, Reference, Scene, Solver, Springs, Support, resolve, schema};
@@ -19,12 +20,17 @@ use super::{Calibration, Geometry, Load, Material, Reference, Scene, Solver, Spr
 pub fn template(name: &str) -> Result<String> {
     known("NAME", name, &names("geometry.shape"))?;
     let Some(shape) = shapes::find(name) else { return Ok(String::new()) };
-    let scene = resolve(&example(shape), shape.dimension);
+    let scene = resolved(shape);
     let text = toml::to_string(&scene).unwrap_or_default();
     let mut document: DocumentMut = text.parse().unwrap_or_default();
     let schema = schema();
     comment_table(document.as_table_mut(), &schema, &schema);
     Ok(format!("# {name}: {}.\n# A line \"# key: ...\" names a key that may be added.\n\n{document}", shape.doc))
+}
+
+/// The example of a shape, every default written out.
+fn resolved(shape: &Shape) -> Scene {
+    resolve(&example(shape), shape.dimension, &METHODS[0])
 }
 
 /// A scene of the shape with its usual support and load, and the material of the method, section 8.
@@ -124,7 +130,7 @@ mod tests {
             let source = Source { name: "new".into(), text };
             let scene = parse(&source).unwrap();
             check(&scene).unwrap();
-            assert_eq!(scene, resolve(&example(shape), shape.dimension), "{}", source.text);
+            assert_eq!(scene, resolved(shape), "{}", source.text);
             assert!(source.text.contains("# dynamics: "), "{}", source.text);
         }
         assert!(template("cub").unwrap_err().help().unwrap().contains("did you mean \"cube\""));

@@ -4,6 +4,7 @@
 //! *clique*. The pattern of K is the union of its cliques and the diagonal, stored as full CSR (both triangles, columns
 //! ascending in each row). It is built once for a network or a body and shared by every matrix on it.
 
+use nalgebra_sparse::CsrMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 use rayon::prelude::*;
 
@@ -48,6 +49,17 @@ impl Pattern {
         let indices = rows.concat();
         let pattern = SparsityPattern::try_from_offsets_and_indices(n, n, offsets, indices);
         Self(pattern.expect("rows are sorted and without repetition by construction"))
+    }
+
+    /// The pattern of a matrix that is symmetric.
+    ///
+    /// # Panics
+    /// When the matrix is not square or lacks an entry of its diagonal.
+    pub fn of(matrix: &CsrMatrix<f64>) -> Self {
+        assert_eq!(matrix.nrows(), matrix.ncols(), "a square matrix");
+        let pattern = Self(matrix.pattern().clone());
+        assert!((0..pattern.len()).all(|i| pattern.position(i, i).is_some()), "a full diagonal");
+        pattern
     }
 
     /// Number of unknowns.

@@ -90,6 +90,10 @@ fn by_kind(network: &Network, _gamma: f64) -> Result<Grouping> {
 }
 
 fn by_direction(network: &Network, _gamma: f64) -> Result<Grouping> {
+    if network.springs.iter().any(|spring| spring.offset == [0; 3]) {
+        let help = "use length, kind, kind_and_length or each on a mesh without a grid";
+        return Err(Error::input("springs.grouping", "\"direction\" needs nodes on a grid", help));
+    }
     let key = |spring: &Spring| (spring.kind, Reverse(spring.offset));
     let mut keys: Vec<_> = network.springs.iter().map(key).collect();
     keys.sort_unstable();

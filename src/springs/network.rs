@@ -10,10 +10,10 @@
 //! which is the energy (3.1) of the thesis to second order. Two nodes on one place have no direction: such a spring is
 //! never made, only counted. Lengths in metres.
 
-/// How a spring lies in the grid.
+/// How a spring lies in its cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// Along a grid edge: stretch.
+    /// Along an edge: stretch.
     Edge,
     /// Across a face of a cell: shear.
     FaceDiagonal,
@@ -55,9 +55,9 @@ pub struct Spring {
     pub direction: [f64; 3],
     /// Edge or diagonal.
     pub kind: Kind,
-    /// Step from a to b in the grid, the first step that is not zero being +1.
+    /// Step from a to b in the grid, the first step that is not zero being +1; zero where there is no grid.
     pub offset: [i8; 3],
-    /// Grid cells that contain it.
+    /// Cells that contain it.
     pub cells: u32,
 }
 

@@ -1,4 +1,4 @@
-//! Which nodes of a structured grid are joined by springs.
+//! Which nodes of a structured grid are joined by springs; [`super::mesh_topology`] does the same on any mesh.
 //!
 //! The full pattern joins every two nodes whose index offset lies in {-1,0,1}^d: d directions of edges, the diagonals of
 //! the cell faces, and in three dimensions the four diagonals of each cell (section 3.1 of the thesis). Each unordered
@@ -15,6 +15,9 @@ use std::collections::HashMap;
 use crate::geometry::dofs::DofMap;
 use crate::geometry::grid::Grid;
 
+use crate::geometry::mesh::Mesh;
+
+use super::mesh_topology;
 use super::network::{Kind, Network, Spring, rest};
 
 /// A way to join nodes, chosen by its name.
@@ -25,16 +28,24 @@ pub struct Topology {
     pub doc: &'static str,
     /// Joins the nodes of a grid at these positions (m, one for each node), ties taken from the map.
     pub connect: fn(&Grid, &[[f64; 3]], &DofMap) -> Network,
+    /// Joins the nodes of a mesh, ties taken from the map; the grid gives the steps where the nodes lie on one.
+    pub connect_mesh: fn(&Mesh, Option<&Grid>, &DofMap) -> Network,
 }
 
 /// All topologies.
 pub const TOPOLOGIES: &[Topology] = &[
     Topology {
         name: "grid",
-        doc: "springs along grid edges, face diagonals and body diagonals",
+        doc: "springs along the edges of all cells, their face diagonals and body diagonals",
         connect: edges_and_diagonals,
+        connect_mesh: mesh_topology::edges_and_diagonals,
     },
-    Topology { name: "edges", doc: "springs along grid edges only; by itself a mechanism", connect: edges_only },
+    Topology {
+        name: "edges",
+        doc: "springs along the edges of all cells only; a mechanism unless the cells are triangles or tetrahedra",
+        connect: edges_only,
+        connect_mesh: mesh_topology::edges_only,
+    },
 ];
 
 /// The topology of this name.
@@ -43,7 +54,7 @@ pub fn find(name: &str) -> Option<&'static Topology> {
 }
 
 /// Nodes closer than this part of the body's diagonal lie on one place.
-const COINCIDENT: f64 = 1e-13;
+pub(super) const COINCIDENT: f64 = 1e-13;
 
 fn edges_and_diagonals(grid: &Grid, positions: &[[f64; 3]], dofs: &DofMap) -> Network {
     connect(grid, positions, dofs, &offsets(grid.dimension()))
@@ -93,7 +104,7 @@ fn connect(grid: &Grid, positions: &[[f64; 3]], dofs: &DofMap, offsets: &[[i8; 3
 }
 
 /// Makes springs between the same two nodes one spring, the first of them, with the cells of all.
-fn joined(springs: Vec<Spring>) -> Vec<Spring> {
+pub(super) fn joined(springs: Vec<Spring>) -> Vec<Spring> {
     let mut known: HashMap<[u32; 2], usize> = HashMap::with_capacity(springs.len());
     let mut kept: Vec<Spring> = Vec::with_capacity(springs.len());
     for spring in springs {
@@ -123,7 +134,7 @@ fn cells_around(grid: &Grid, index: [usize; 3], offset: [i8; 3]) -> u32 {
 }
 
 /// Length of the diagonal of the box around the points, m.
-fn diagonal(positions: &[[f64; 3]]) -> f64 {
+pub(super) fn diagonal(positions: &[[f64; 3]]) -> f64 {
     let extent = |a: usize| {
         let (low, high) =
             positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x[a]), high.max(x[a])));

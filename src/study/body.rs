@@ -1,29 +1,32 @@
-//! The body of a scene: its patch, its material, and which control points are held or tied.
-
-use std::path::Path;
+//! The body of a scene: what it is made of, its material, and which nodes are held or tied. The nodes of a patch are its
+//! control points.
 
 use crate::error::{Error, Result};
 use crate::geometry::dofs::{DofMap, tie_coincident};
 use crate::geometry::grid::Grid;
-use crate::geometry::patch::Patch;
-use crate::geometry::shapes::{self, ShapeRequest};
-use crate::geometry::{file, selection};
+use crate::geometry::selection;
 use crate::reference::material::{Lame, Material, Plane};
-use crate::reference::methods::nurbs;
-use crate::reference::points::{ElementPoints, IntegrationPoints};
-use crate::reference::supports;
+use crate::reference::methods::Method;
+use crate::reference::points::IntegrationPoints;
+use crate::reference::{stiffness, supports};
 use crate::scene::{self, Scene};
+use crate::sparse::ordering::{minimum_degree, nested_dissection};
+use crate::sparse::pattern::Pattern;
 
-/// Control points nearer than this fraction of the body's extent are tied when the seam is merged.
+use super::continuum::{self, Continuum};
+
+/// Nodes nearer than this fraction of the body's extent are tied when the seam is merged.
 const SEAM: f64 = 1e-9;
 
 /// The body of a scene.
 pub struct Body {
     /// The scene with every default written out.
     pub resolved: Scene,
-    /// The geometry.
-    pub patch: Patch,
-    /// Free, held and tied degrees of freedom of the control points.
+    /// What it is made of.
+    pub continuum: Continuum,
+    /// The method of the reference.
+    pub method: &'static Method,
+    /// Free, held and tied degrees of freedom of the nodes.
     pub dofs: DofMap,
     /// Elastic constants.
     pub lame: Lame,
@@ -35,69 +38,48 @@ pub struct Body {
     pub warnings: Vec<String>,
 }
 
-/// The nodes of all elements with what masses are made of.
-pub struct ElementShares {
-    /// Control points that act in each element, one element after the other.
-    pub nodes: Vec<u32>,
-    /// Volume of each element, m^3.
-    pub measures: Vec<f64>,
-    /// Integral of the shape function over the element, like `nodes`, m^3.
-    pub integrals: Vec<f64>,
-}
-
 /// Builds the body.
 ///
 /// # Errors
 /// [`Error::Input`] at the key that does not fit the body; [`Error::Mechanism`] when the supports do not hold it.
 pub fn build(scene: &Scene) -> Result<Body> {
-    let patch = patch(scene)?;
-    let dimension = patch.dimension();
-    scene::check_body(scene, dimension, patch.grid().len())?;
-    let resolved = scene::resolve(scene, dimension);
+    let (continuum, method) = continuum::build(scene)?;
+    let dimension = continuum.dimension();
+    scene::check_body(scene, dimension, continuum.positions().len())?;
+    let resolved = scene::resolve(scene, dimension, method);
     let material = Material { young: resolved.material.young, poisson: resolved.material.poisson };
     let plane = match resolved.reference.plane {
         Some(scene::Plane::Strain) => Plane::Strain,
         _ => Plane::Stress,
     };
     let lame = material.lame(dimension, plane)?;
-    let dofs = dofs(&resolved, &patch)?;
-    supports::check(patch.points(), &dofs)?;
+    let dofs = dofs(&resolved, &continuum)?;
+    supports::check(continuum.positions(), &dofs)?;
     let thickness = resolved.reference.thickness.unwrap_or(1.0);
     let extra_points = resolved.reference.extra_gauss_points;
-    let mut warnings: Vec<String> = material.locking_warning(dimension, plane).into_iter().collect();
+    let warnings = material.locking_warning(dimension, plane).into_iter().collect();
+    let mut body = Body { resolved, continuum, method, dofs, lame, thickness, extra_points, warnings };
     if scene.geometry.file.is_some() {
         // our own shapes are as we made them (the torus is left-handed by its grid order): nothing to tell about those
-        warnings.extend(nurbs::integration_points(&patch, extra_points, thickness).warnings().iter().cloned());
+        let remarks = body.integration_points()?.warnings().to_vec();
+        body.warnings.extend(remarks);
     }
-    Ok(Body { resolved, patch, dofs, lame, thickness, extra_points, warnings })
+    Ok(body)
 }
 
-/// The patch of a shape or of a file.
-fn patch(scene: &Scene) -> Result<Patch> {
-    let geometry = &scene.geometry;
-    if let Some(path) = &geometry.file {
-        return file::read_patch(Path::new(path));
-    }
-    let name = geometry.shape.as_deref().unwrap_or_default();
-    let shape = shapes::find(name).ok_or_else(|| {
-        Error::input("geometry.shape", format!("there is no shape {name:?}"), "see `springfit list shapes`")
-    })?;
-    let size = geometry.size.clone().unwrap_or_else(|| shape.default_size[..shape.dimension].to_vec());
-    let control_points = geometry.control_points.clone().unwrap_or_else(|| shape.default_control_points.to_vec());
-    let degree = geometry.degree.clone().unwrap_or_else(|| shape.default_degree.to_vec());
-    (shape.build)(&ShapeRequest { control_points, degree, size })
-}
-
-/// Ties and supports of the control points.
-fn dofs(scene: &Scene, patch: &Patch) -> Result<DofMap> {
-    let (grid, points) = (patch.grid(), patch.points());
-    let dimension = patch.dimension();
+/// Ties and supports of the nodes.
+fn dofs(scene: &Scene, continuum: &Continuum) -> Result<DofMap> {
+    let (dimension, points) = (continuum.dimension(), continuum.positions());
     let master = match scene.geometry.merge_seam {
         true => tie_coincident(points, SEAM * extent(points)),
         false => (0..points.len() as u32).collect(),
     };
     let mut held: Vec<u32> = scene.support.nodes.iter().map(|&node| node as u32).collect();
     for face in &scene.support.faces {
+        let grid = continuum.grid().ok_or_else(|| {
+            let help = "use support.box, or support.nodes";
+            Error::input("support.faces", format!("a mesh from a file has no face \"{face}\""), help)
+        })?;
         held.extend(selection::face_nodes(&grid, face)?);
     }
     if let Some(region) = &scene.support.r#box {
@@ -122,7 +104,7 @@ fn dofs(scene: &Scene, patch: &Patch) -> Result<DofMap> {
     Ok(dofs)
 }
 
-/// Largest extent of the control net, m.
+/// Largest extent of the nodes, m.
 fn extent(points: &[[f64; 3]]) -> f64 {
     let span = |a: usize| {
         let coordinates = points.iter().map(|p| p[a]);
@@ -132,19 +114,54 @@ fn extent(points: &[[f64; 3]]) -> f64 {
 }
 
 impl Body {
-    /// The grid of control points.
-    pub fn grid(&self) -> Grid {
-        self.patch.grid()
+    /// Places of the nodes, m.
+    pub fn positions(&self) -> &[[f64; 3]] {
+        self.continuum.positions()
     }
 
-    /// The integration points of the isogeometric reference.
-    pub fn integration_points(&self) -> IntegrationPoints<'_> {
-        nurbs::integration_points(&self.patch, self.extra_points, self.thickness)
+    /// The grid of the nodes; a mesh from a file has none.
+    pub fn grid(&self) -> Option<Grid> {
+        self.continuum.grid()
     }
 
-    /// Grid directions whose last plane of control points is tied to the first.
-    pub fn closed(&self) -> [bool; 3] {
-        let grid = self.grid();
+    /// The integration points of the reference.
+    ///
+    /// # Errors
+    /// Those of the method: a mesh that it cannot take.
+    pub fn integration_points(&self) -> Result<IntegrationPoints<'_>> {
+        match &self.continuum {
+            Continuum::Splines { patch, points } => Ok(points(patch, self.extra_points, self.thickness)),
+            Continuum::Elements { mesh, points, .. } => points(mesh, self.thickness),
+        }
+    }
+
+    /// An elimination order for the reference: nested dissection of the grid, approximate minimum degree where there is none.
+    ///
+    /// # Errors
+    /// Those of [`minimum_degree`].
+    pub fn reference_order(&self, points: &IntegrationPoints) -> Result<Vec<u32>> {
+        match self.dissected(self.continuum.reach()) {
+            Some(order) => Ok(order),
+            None => minimum_degree(&stiffness::pattern(points, &self.dofs)),
+        }
+    }
+
+    /// An elimination order for springs with this pattern, likewise.
+    ///
+    /// # Errors
+    /// Those of [`minimum_degree`].
+    pub fn spring_order(&self, pattern: &Pattern) -> Result<Vec<u32>> {
+        self.dissected(1).map_or_else(|| minimum_degree(pattern), Ok)
+    }
+
+    /// Nested dissection of the grid for couplings of up to `reach` steps; `None` without a grid.
+    fn dissected(&self, reach: usize) -> Option<Vec<u32>> {
+        let grid = self.grid()?;
+        Some(self.dofs.order(&nested_dissection(grid.extents(), reach, self.closed(&grid))))
+    }
+
+    /// Grid directions whose last plane of nodes is tied to the first.
+    fn closed(&self, grid: &Grid) -> [bool; 3] {
         [0, 1, 2].map(|a| {
             let last = grid.extents()[a] - 1;
             let tied = |node: usize| {
@@ -155,26 +172,5 @@ impl Body {
             };
             last > 1 && (0..grid.len()).all(tied)
         })
-    }
-
-    /// What masses are made of.
-    ///
-    /// # Errors
-    /// As [`IntegrationPoints::fill`].
-    pub fn element_shares(&self) -> Result<ElementShares> {
-        let points = self.integration_points();
-        let mut filled = ElementPoints::default();
-        let mut shares = ElementShares { nodes: vec![], measures: vec![], integrals: vec![] };
-        for element in 0..points.elements() {
-            points.fill(element, &mut filled)?;
-            let acting = points.acting(element);
-            shares.nodes.extend_from_slice(acting);
-            shares.measures.push(filled.volumes.iter().sum());
-            for a in 0..acting.len() {
-                let values = filled.values.iter().skip(a).step_by(acting.len());
-                shares.integrals.push(values.zip(&filled.volumes).map(|(n, v)| n * v).sum());
-            }
-        }
-        Ok(shares)
     }
 }

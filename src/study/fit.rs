@@ -200,8 +200,8 @@ impl Given<'_> {
                 symbolic: Arc::clone(symbolic),
             },
             None => {
-                let grouping = grouping.clone();
-                SpringOperator::OnGrid(GridSprings { network, grid: self.body.grid(), dofs, grouping, coefficients })
+                let grid = self.body.grid().expect("multigrid was tried on a grid");
+                SpringOperator::OnGrid(GridSprings { network, grid, dofs, grouping: grouping.clone(), coefficients })
             }
         };
         SweepProblem {

@@ -5,6 +5,7 @@ use crate::reference::loads::{self, Face, Load};
 use crate::scene::{self, Scene};
 
 use super::body::Body;
+use super::continuum::Continuum;
 
 /// One load case.
 pub struct LoadCase {
@@ -43,17 +44,15 @@ fn forces(load: &scene::Load, body: &Body) -> Result<Load> {
     }
     if let Some(traction) = &load.traction {
         let value = padded(&traction.value);
-        let face = Face {
-            patch: &body.patch,
-            name: &traction.face,
-            thickness: body.thickness,
-            extra_points: body.extra_points,
+        let Continuum::Splines { patch, .. } = &body.continuum else {
+            return Err(Error::input("load", "a mesh takes no traction", "use force_per_node, body_force or point"));
         };
+        let face = Face { patch, name: &traction.face, thickness: body.thickness, extra_points: body.extra_points };
         return loads::traction(face, &body.dofs, &|_, _| value);
     }
     if let Some(density) = &load.body_force {
         let density = padded(density);
-        return loads::body_force(&body.integration_points(), &body.dofs, &|_| density);
+        return loads::body_force(&body.integration_points()?, &body.dofs, &|_| density);
     }
     match &load.point {
         Some(point) => loads::point(&body.dofs, point.node, padded(&point.force)),

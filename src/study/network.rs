@@ -1,18 +1,19 @@
-//! The spring network of a scene on the control points of its body, analysed once.
+//! The spring network of a scene on the nodes of its body, analysed once.
 
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use crate::sparse::cholesky::{Factor, Symbolic};
-use crate::sparse::ordering::nested_dissection;
 use crate::springs::affine::{self, AffineStiffness};
 use crate::springs::grouping;
 use crate::springs::network::Network;
 use crate::springs::solver::{self, Choice, GridSprings, Path};
-use crate::springs::{bounds, topology, weighting};
+use crate::springs::topology::{self, Topology};
+use crate::springs::{bounds, weighting};
 
 use super::body::Body;
+use super::continuum::Continuum;
 
 /// A pivot below this fraction of its diagonal entry is zero up to rounding.
 const LOOSE: f64 = 1e-13;
@@ -54,15 +55,19 @@ pub fn build(scene: &Scene, body: &Body) -> Result<Lattice> {
     let topology = topology::find(name).ok_or_else(|| {
         Error::input("springs.topology", format!("there is no topology {name}"), "see `springfit list topologies`")
     })?;
-    let (grid, positions) = (body.grid(), body.patch.points());
-    let network = (topology.connect)(&grid, positions, &body.dofs);
+    let network = connect(topology, body);
     let coefficients = weighting::coefficients(&network, scene.springs.weighting, scene.springs.law);
-    let measures = bounds::node_measures(&grid, positions, &body.dofs, body.thickness);
+    let measures = match &body.continuum {
+        Continuum::Splines { patch, .. } => {
+            bounds::node_measures(&patch.grid(), patch.points(), &body.dofs, body.thickness)
+        }
+        Continuum::Elements { mesh, .. } => bounds::node_measures_of_mesh(mesh, &body.dofs, body.thickness),
+    };
     let spring_bounds = bounds::spring_bounds(&network, &measures, scene.material.young, scene.material.poisson);
     let mut warnings = Vec::new();
     if network.zero_length > 0 {
         warnings.push(format!(
-            "{} springs between coincident control points have no direction and were left out",
+            "{} springs between coincident nodes have no direction and were left out",
             network.zero_length
         ));
     }
@@ -85,6 +90,14 @@ pub fn build(scene: &Scene, body: &Body) -> Result<Lattice> {
     }
 }
 
+/// The springs of a topology: on the control grid of a patch, along the cells of a mesh.
+fn connect(topology: &Topology, body: &Body) -> Network {
+    match &body.continuum {
+        Continuum::Splines { patch, .. } => (topology.connect)(&patch.grid(), patch.points(), &body.dofs),
+        Continuum::Elements { mesh, grid, .. } => (topology.connect_mesh)(mesh, grid.as_ref(), &body.dofs),
+    }
+}
+
 impl Lattice {
     fn on_grid(mut self, reason: String) -> Self {
         self.choice = Choice { path: Path::Multigrid, reason };
@@ -95,14 +108,10 @@ impl Lattice {
     fn try_grid(&self, body: &Body) -> std::result::Result<String, String> {
         let kinds = (grouping::find("kind").expect("the table has it").group)(&self.network, 0.0)
             .map_err(|error| error.to_string())?;
+        let grid = body.grid().ok_or("the nodes do not lie on a grid")?;
         let ones = vec![1.0; self.network.springs.len()];
-        let springs = GridSprings {
-            network: &self.network,
-            grid: body.grid(),
-            dofs: &body.dofs,
-            coefficients: &ones,
-            grouping: kinds,
-        };
+        let springs =
+            GridSprings { network: &self.network, grid, dofs: &body.dofs, coefficients: &ones, grouping: kinds };
         let mut worker = springs.worker().map_err(|refusal| refusal.to_string())?;
         worker.set(&vec![1.0; springs.grouping.groups.len()]);
         let forces: Vec<f64> = (0..body.dofs.len()).map(|dof| 1.0 + body.dofs.owner(dof).1 as f64).collect();
@@ -125,8 +134,8 @@ impl Lattice {
     /// # Errors
     /// [`Error::Mechanism`] with a loose node.
     pub fn analysed(mut self, scene: &Scene, body: &Body, instead: Option<&str>) -> Result<Self> {
-        let order = body.dofs.order(&nested_dissection(body.grid().extents(), 1, body.closed()));
-        let symbolic = Symbolic::analyse(&affine::pattern(&self.network, &body.dofs), order)?;
+        let pattern = affine::pattern(&self.network, &body.dofs);
+        let symbolic = Symbolic::analyse(&pattern, body.spring_order(&pattern)?)?;
         self.choice = solver::choose(&settings(scene), &symbolic);
         if let Some(instead) = instead {
             self.choice.reason += &format!("; not multigrid: {instead}");

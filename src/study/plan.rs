@@ -8,14 +8,14 @@ use serde::Serialize;
 use crate::calibration::sweep;
 use crate::error::Result;
 use crate::reference::matrix_free::solve::memory_bytes;
+use crate::reference::methods::Method;
 use crate::reference::{self, stiffness};
 use crate::scene::Scene;
 use crate::sparse::cholesky::Symbolic;
-use crate::sparse::ordering::nested_dissection;
 
 use super::body::Body;
 use super::network::Lattice;
-use super::{body, fit, loads, network};
+use super::{body, fit, loads, motion, network};
 
 /// Floating-point operations a second and core that supernodal factorisations of these sizes reach on a common machine;
 /// for estimates only.
@@ -31,11 +31,11 @@ const ITERATED_SECONDS: f64 = 2e-5;
 /// Sizes of what a scene builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Sizes {
-    /// Control points, tied ones included.
+    /// Control points of a patch, nodes of a mesh, tied ones included.
     pub control_points: usize,
     /// Free degrees of freedom.
     pub free_dofs: usize,
-    /// Knot spans of the reference.
+    /// Knot spans or cells of the reference.
     pub elements: usize,
     /// Springs.
     pub springs: usize,
@@ -49,9 +49,9 @@ impl Sizes {
     /// Counts a body and its network with `groups` groups.
     pub fn of(body: &Body, lattice: &Lattice, groups: usize) -> Self {
         Self {
-            control_points: body.grid().len(),
+            control_points: body.positions().len(),
             free_dofs: body.dofs.len(),
-            elements: body.patch.elements().len(),
+            elements: body.continuum.elements(),
             springs: lattice.network.springs.len(),
             zero_length_springs: lattice.network.zero_length,
             groups,
@@ -76,6 +76,10 @@ pub struct Plan {
     pub memory_bytes: usize,
     /// Rough time of the run, seconds.
     pub seconds: f64,
+    /// Largest step in s that is safe for small motion whatever the calibration finds; absent where nothing bounds it, and
+    /// where it is not cheap to know.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub safe_step: Option<f64>,
     /// What will be built and what will not, in words.
     pub steps: Vec<String>,
     /// What the user should know.
@@ -113,14 +117,23 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     };
     let memory_bytes = reference.bytes.max(spring_bytes);
     let seconds = reference.seconds * loads.len() as f64 + evaluations * evaluation;
+    let safe_step = motion::limits::before_calibration(&scene, &body, &lattice, &groupings)?;
     Ok(Plan {
+        safe_step,
         sizes: Sizes::of(&body, &lattice, groups),
         sweep: gammas.into_iter().zip(groupings.iter().map(|g| g.groups.len())).collect(),
         problems,
         factor_entries: [reference.factor_entries, spring_entries],
         memory_bytes,
         seconds,
-        steps: steps(&scene, loads.iter().filter(|case| case.fit).count(), loads.len(), optimiser.name, problems),
+        steps: steps(
+            &scene,
+            body.method,
+            loads.iter().filter(|case| case.fit).count(),
+            loads.len(),
+            optimiser.name,
+            problems,
+        ),
         warnings: body.warnings.iter().chain(&lattice.warnings).cloned().collect(),
         scene,
     })
@@ -135,14 +148,13 @@ struct ReferenceCost {
 
 /// The cost of the path that the reference will take.
 fn reference_cost(body: &Body, threads: usize) -> Result<ReferenceCost> {
-    let points = body.integration_points();
+    let points = body.integration_points()?;
     let unknowns = body.dofs.len();
-    if reference::reason_to_factor(&points, &body.dofs).is_none() {
-        let bytes = memory_bytes(&body.patch, body.extra_points, unknowns, threads);
+    if let (None, Some((patch, extra))) = (reference::reason_to_factor(&points, &body.dofs), points.splines()) {
+        let bytes = memory_bytes(patch, extra, unknowns, threads);
         return Ok(ReferenceCost { bytes, factor_entries: 0, seconds: ITERATED_SECONDS * unknowns as f64 });
     }
-    let reach = *body.patch.degree().iter().max().unwrap_or(&1);
-    let order = body.dofs.order(&nested_dissection(body.grid().extents(), reach, body.closed()));
+    let order = body.reference_order(&points)?;
     let pattern = stiffness::pattern(&points, &body.dofs);
     let symbolic = Symbolic::analyse(&pattern, order)?;
     Ok(ReferenceCost {
@@ -152,14 +164,13 @@ fn reference_cost(body: &Body, threads: usize) -> Result<ReferenceCost> {
     })
 }
 
-fn steps(scene: &Scene, fitted: usize, cases: usize, optimiser: &str, problems: usize) -> Vec<String> {
+fn steps(scene: &Scene, method: &Method, fitted: usize, cases: usize, optimiser: &str, problems: usize) -> Vec<String> {
     let dynamics = match &scene.dynamics {
         None => "no masses, no damping: the scene has no [dynamics]".to_owned(),
-        Some(dynamics) if dynamics.alpha.is_none() => "masses; no damping: [dynamics] has no alpha".to_owned(),
-        Some(_) => "masses and damping".to_owned(),
+        Some(dynamics) => motion::announce(dynamics),
     };
     vec![
-        format!("reference: {} with {cases} load case(s), one factorisation", scene.reference.method),
+        format!("reference: {} with {cases} load case(s), one factorisation", method.name),
         format!(
             "springs: topology \"{}\", grouping \"{}\", one analysis",
             scene.springs.topology, scene.springs.grouping

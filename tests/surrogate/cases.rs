@@ -15,7 +15,6 @@ use springfit::geometry::dofs::DofMap;
 use springfit::reference::Reference;
 use springfit::rng::Stream;
 use springfit::scene::{self, Scene, Source};
-use springfit::sparse::ordering::nested_dissection;
 use springfit::springs::affine::AffineStiffness;
 use springfit::springs::grouping::{Group, Grouping};
 use springfit::springs::solver::{Path, SpringOperator};
@@ -46,10 +45,10 @@ pub fn weighted_case(shape: &str, gamma: f64, weighting: Weighting) -> Case {
     let body = body::build(&scene).expect("a body");
     let loads = loads::build(&scene, &body).expect("loads");
     let lattice = network::build(&scene, &body).expect("a network");
-    let order = body.dofs.order(&nested_dissection(body.grid().extents(), 2, [false; 3]));
+    let points = body.integration_points().expect("points");
+    let order = body.reference_order(&points).expect("an order");
     let forces = vec![loads[0].load.clone()];
-    let reference =
-        Reference::solve(&body.integration_points(), body.lame, &body.dofs, order, &forces).expect("solvable");
+    let reference = Reference::solve(&points, body.lame, &body.dofs, order, &forces).expect("solvable");
     let groups = (grouping::find("length").expect("known").group)(&lattice.network, gamma).expect("legal gamma");
     let operator = operator(&lattice, &groups, &body.dofs);
     let upper = bounds::upper_bounds(&lattice.network, &groups, &lattice.spring_bounds, scene.springs.law);

@@ -16,6 +16,7 @@ pub(super) const SQUARE: Shape = Shape {
     default_size: [2.0, 2.0, 0.0],
     fixed_face: "y-",
     default_force: [200.0, -200.0, 0.0],
+    straight: true,
     build: |request| equally_spaced(2, request),
 };
 
@@ -28,6 +29,7 @@ pub(super) const CUBE: Shape = Shape {
     default_size: [2.0, 2.0, 2.0],
     fixed_face: "z-",
     default_force: [80.0, -40.0, 40.0],
+    straight: true,
     build: |request| equally_spaced(3, request),
 };
 
@@ -40,6 +42,7 @@ pub(super) const PLATE: Shape = Shape {
     default_size: [2.0, 2.0, 0.4],
     fixed_face: "x-",
     default_force: [0.0, 0.0, -0.5],
+    straight: true,
     build: |request| equally_spaced(3, request),
 };
 
@@ -52,6 +55,7 @@ pub(super) const BEAM: Shape = Shape {
     default_size: [5.0, 1.0, 1.0],
     fixed_face: "x-",
     default_force: [0.0, 0.0, -0.2],
+    straight: true,
     build: |request| equally_spaced(3, request),
 };
 

@@ -19,6 +19,7 @@ pub(super) const CIRCLE: Shape = Shape {
     default_size: [2.0, 2.0, 0.0],
     fixed_face: "y-",
     default_force: [600.0, 100.0, 0.0],
+    straight: false,
     build: |request| refine_to(disc()?, CIRCLE.default_size, request),
 };
 
@@ -31,6 +32,7 @@ pub(super) const ELLIPSE: Shape = Shape {
     default_size: [2.0, 1.0, 0.0],
     fixed_face: "y-",
     default_force: [1600.0, 200.0, 0.0],
+    straight: false,
     // The size is always given against the disc, whose extent is 2 x 2.
     build: |request| refine_to(disc()?, CIRCLE.default_size, request),
 };
@@ -44,6 +46,7 @@ pub(super) const QUARTER_RING: Shape = Shape {
     default_size: [2.0, 2.0, 0.0],
     fixed_face: "y-",
     default_force: [50.0, 50.0, 0.0],
+    straight: false,
     build: |request| refine_to(quarter_ring()?, QUARTER_RING.default_size, request),
 };
 
@@ -56,6 +59,7 @@ pub(super) const PLATE_WITH_HOLE: Shape = Shape {
     default_size: [4.0, 4.0, 0.0],
     fixed_face: "x-",
     default_force: [10.0, 10.0, 0.0],
+    straight: false,
     build: |request| refine_to(plate_with_hole()?, PLATE_WITH_HOLE.default_size, request),
 };
 

@@ -21,6 +21,7 @@ pub(super) const TORUS: Shape = Shape {
     default_size: [2.5, 2.5, 0.75],
     fixed_face: "y-",
     default_force: [60.0, -30.0, 30.0],
+    straight: false,
     build: |request| refine_to(torus()?, TORUS.default_size, request),
 };
 
@@ -33,6 +34,7 @@ pub(super) const SPHEROID: Shape = Shape {
     default_size: [4.0, 1.0, 1.0],
     fixed_face: "z-",
     default_force: [100.0, -50.0, 50.0],
+    straight: false,
     build: |request| refine_to(spheroid()?, SPHEROID.default_size, request),
 };
 
@@ -45,6 +47,7 @@ pub(super) const SPHERE_SHELL_OCTANT: Shape = Shape {
     default_size: [2.0, 2.0, 2.0],
     fixed_face: "y-",
     default_force: [20.0, 20.0, 20.0],
+    straight: false,
     build: |request| refine_to(octant(1.0, 2.0)?, SPHERE_SHELL_OCTANT.default_size, request),
 };
 
@@ -57,6 +60,7 @@ pub(super) const BALL_OCTANT: Shape = Shape {
     default_size: [1.0, 1.0, 1.0],
     fixed_face: "y-",
     default_force: [10.0, 10.0, 10.0],
+    straight: false,
     build: |request| refine_to(octant(0.0, 1.0)?, BALL_OCTANT.default_size, request),
 };
 

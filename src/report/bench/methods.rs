@@ -8,6 +8,7 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
+use crate::geometry::grid::Grid;
 use crate::sparse::cholesky::{Factor, Symbolic};
 use crate::sparse::ordering::nested_dissection;
 use crate::sparse::single::SingleFactor;
@@ -77,7 +78,7 @@ fn direct(cube: &Cube, rounds: Rounds) -> Result<Option<Row>> {
     for round in 0..=rounds.repeat {
         rounds.progress.check()?;
         stages.analyse.time(round, || {
-            let order = nested_dissection(cube.body.grid().extents(), 1, cube.body.closed());
+            let order = nested_dissection([cube.size; 3], 1, [false; 3]);
             Symbolic::analyse(&pattern, cube.body.dofs.order(&order))
         })?;
         stages.update.time(round, || cube.stiffness().assemble_into(black_box(&cube.phi), factor.values_mut()));
@@ -125,7 +126,7 @@ fn springs(name: &'static str, path: Path, cube: &Cube, rounds: Rounds) -> Resul
 
 /// Multigrid on the grid of the springs.
 fn multigrid(cube: &Cube, rounds: Rounds) -> Result<Option<Row>> {
-    let (grid, lattice) = (cube.body.grid(), &cube.lattice);
+    let (grid, lattice) = (Grid::new(&[cube.size; 3]), &cube.lattice);
     let mut stages = Stages::default();
     let make = || MultigridSolver::new(&lattice.network, &grid, &cube.body.dofs, &cube.grouping, &lattice.coefficients);
     let Ok(mut solver) = stages.analyse.time(1, make) else { return Ok(None) };
