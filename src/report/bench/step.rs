@@ -19,8 +19,7 @@
 //! | real time | 1/60 s over the seconds that the steps of one frame take, with the largest safe step |
 //! | error | distance of the positions after a second from those of a run with a tenth of the step, over the distance moved |
 //!
-//! The largest safe step is bounded by what is around each node: with K_i the sum of k and C_i the sum of c of the springs
-//! at node i, 4 M - 2 h C - h^2 K is positive definite while 4 m_i > 4 h C_i + 2 h^2 K_i at every node that can move.
+//! The largest safe step is the one of any motion ([`crate::dynamics::stability`]): however the springs turn and stretch.
 
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -29,12 +28,15 @@ use std::hint::black_box;
 
 use crate::clock::{self, Progress, Stopwatch};
 use crate::dynamics::forces::SpringForces;
+use crate::dynamics::springs::{Coefficients, isotropic};
+use crate::dynamics::stability;
 use crate::error::{Error, Result};
 use crate::geometry::dofs::{DofMap, FIXED};
+use crate::reference::mass;
 use crate::scene::{self, Source};
 use crate::springs::grouping;
 use crate::springs::network::Network;
-use crate::springs::{bounds, damping, masses, topology, weighting};
+use crate::springs::{bounds, damping, topology, weighting};
 use crate::study::body;
 
 use super::bandwidth;
@@ -45,9 +47,6 @@ const FRACTION: f64 = 0.1;
 
 /// g in m/s^2.
 pub const ACCELERATION: [f64; 3] = [1.0, -0.5, 0.5];
-
-/// Part of the bound of stability that is used.
-const SAFE: f64 = 0.999;
 
 /// Simulated seconds of the runs that are compared.
 const DURATION: f64 = 1.0;
@@ -75,6 +74,8 @@ pub struct Rig {
     pub masses: Vec<f64>,
     /// Nodes that are held.
     pub held: Vec<bool>,
+    /// The largest safe step, s.
+    pub step: f64,
 }
 
 /// Speed and error of one network on some threads.
@@ -118,7 +119,7 @@ impl Rig {
     /// The cube of `size`^3 control points; damping (4.18) with `alpha` in s, if any.
     ///
     /// # Errors
-    /// None on the sizes of [`super::cube::SIZES`].
+    /// Those of the search for the largest step.
     pub fn new(size: usize, alpha: Option<f64>) -> Result<Self> {
         let text = format!(
             "[geometry]\nshape = \"cube\"\ncontrol_points = [{size}, {size}, {size}]\n\
@@ -127,7 +128,7 @@ impl Rig {
         );
         let scene = scene::parse(&Source { name: "cube".into(), text }).map_err(|located| located.error)?;
         let body = body::build(&scene)?;
-        let (grid, points) = (body.grid(), body.patch.points());
+        let (grid, points) = (body.grid().expect("a cube has one"), body.positions());
         let network = (topology::find("grid").expect("the table has it").connect)(&grid, points, &body.dofs);
         let groups = (grouping::find("length").expect("the table has it").group)(&network, 0.1)?;
         let coefficients = weighting::coefficients(&network, scene.springs.weighting, scene.springs.law);
@@ -136,29 +137,13 @@ impl Rig {
         let mut phi = bounds::upper_bounds(&network, &groups, &each, scene.springs.law);
         phi.iter_mut().for_each(|phi| *phi *= FRACTION);
         let stiffness = weighting::stiffness(&groups, &coefficients, &phi);
-        let shares = body.element_shares()?;
         let density = scene.material.density.expect("written above");
-        let masses = masses::equal_shares(&body.dofs, &shares.nodes, &shares.measures, density);
+        let masses = mass::equal_shares(&body.integration_points()?, density, &body.dofs)?;
         let damping = alpha.map(|alpha| damping::coefficients(&network, &stiffness, &masses, alpha));
+        let of = Coefficients { stiffness: &stiffness, damping: damping.as_deref() };
+        let limit = stability::limit(&isotropic(&network, &body.dofs, of, &masses))?;
         let held = (0..masses.len()).map(|node| is_held(&body.dofs, node)).collect();
-        Ok(Self { size, network, stiffness, damping, masses, held })
-    }
-
-    /// The largest safe step in s.
-    pub fn step(&self) -> f64 {
-        let (mut stiff, mut damped) = (vec![0.0; self.masses.len()], vec![0.0; self.masses.len()]);
-        for (s, spring) in self.network.springs.iter().enumerate() {
-            for node in spring.nodes {
-                stiff[node as usize] += self.stiffness[s];
-                damped[node as usize] += self.damping.as_ref().map_or(0.0, |damping| damping[s]);
-            }
-        }
-        // 2 h^2 K + 4 h C = 4 m has one positive root
-        let limit = |node: usize| {
-            let (k, c) = (stiff[node], damped[node]);
-            2.0 * self.masses[node] / (c + (c * c + 2.0 * k * self.masses[node]).sqrt())
-        };
-        SAFE * (0..self.masses.len()).filter(|&node| !self.held[node]).map(limit).fold(f64::INFINITY, f64::min)
+        Ok(Self { size, network, stiffness, damping, masses, held, step: limit.safe(limit.damped) })
     }
 
     /// Positions after so many steps that take so many seconds together.
@@ -252,7 +237,7 @@ pub fn measure(rig: &Rig, workers: &Workers, repeat: usize, progress: &Progress)
     let Workers { pool, memory_rate } = workers;
     let (threads, memory_rate) = (pool.current_num_threads(), *memory_rate);
     progress.enter(&format!("{}^3 on {threads} threads", rig.size), 4);
-    let step = rig.step();
+    let step = rig.step;
     let mut run = Leapfrog::new(rig, step);
     let bytes = run.forces.bytes();
     let same_size_rate = pool.install(|| bandwidth::read_rate(bytes));
@@ -348,14 +333,14 @@ mod tests {
     fn a_smaller_step_is_nearer_to_the_finest_and_damping_shortens_the_step() {
         let progress = Progress::default();
         let rig = Rig::new(5, None).expect("a cube");
-        let [whole, half, quarter] = errors(&rig, rig.step(), &progress).expect("not stopped");
+        let [whole, half, quarter] = errors(&rig, rig.step, &progress).expect("not stopped");
         assert!(whole < 0.1 && half < 0.5 * whole && quarter < 0.5 * half, "{whole} {half} {quarter}");
         let damped = Rig::new(5, Some(5.0)).expect("a cube");
-        assert!(damped.step() < rig.step());
-        let [whole, _, quarter] = errors(&damped, damped.step(), &progress).expect("not stopped");
+        assert!(damped.step < rig.step);
+        let [whole, _, quarter] = errors(&damped, damped.step, &progress).expect("not stopped");
         assert!(whole < 0.1 && quarter < 0.5 * whole, "{whole} {quarter}");
         progress.cancel();
-        assert!(errors(&rig, rig.step(), &progress).is_err());
+        assert!(errors(&rig, rig.step, &progress).is_err());
     }
 
     #[test]

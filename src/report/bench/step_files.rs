@@ -35,12 +35,12 @@ pub fn save(rig: &Rig, folder: &Path) -> Result<()> {
     let mut each = springs.iter().enumerate().flat_map(|(s, spring)| [rig.stiffness[s], spring.length, damping(s)]);
     let nodes = rig.network.positions.iter().zip(&rig.masses).zip(&rig.held);
     let mut nodes = nodes.flat_map(|(([x, y, z], mass), held)| [*x, *y, *z, *mass, f64::from(u8::from(!held))]);
-    let moved = rig.positions_after(STEPS, STEPS as f64 * rig.step());
+    let moved = rig.positions_after(STEPS, STEPS as f64 * rig.step);
     write::whole(&name("_ends.u32"), &ends)?;
     write::whole(&name("_springs.f64"), &numbers(&mut each))?;
     write::whole(&name("_nodes.f64"), &numbers(&mut nodes))?;
     write::whole(&name("_moved.f64"), &numbers(&mut moved.into_iter().flatten()))?;
     let head = json!({ "schema": "springfit-step/1", "springs": springs.len(), "nodes": rig.masses.len(),
-        "step": rig.step(), "steps": STEPS, "acceleration": ACCELERATION, "damped": rig.damping.is_some() });
+        "step": rig.step, "steps": STEPS, "acceleration": ACCELERATION, "damped": rig.damping.is_some() });
     write::whole(&name(".json"), format!("{head:#}\n").as_bytes())
 }
