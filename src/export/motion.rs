@@ -34,8 +34,11 @@ pub struct Recorded<'a> {
 /// The columns of `motion.csv`.
 const COLUMNS: &str = "time_s,global_strain_percent,kinetic_J,elastic_J,dissipated_J,work_J";
 
+/// What a curve shows of the energies.
+type Shown = fn(&Energies) -> f64;
+
 /// The curves of `motion_energy.svg`.
-const ENERGIES: [(&str, fn(&Energies) -> f64); 5] = [
+const ENERGIES: [(&str, Shown); 5] = [
     ("kinetic", |e| e.kinetic),
     ("elastic", |e| e.elastic),
     ("dissipated", |e| e.dissipated),
@@ -136,7 +139,7 @@ fn table(motion: &Motion) -> String {
 }
 
 fn energies(name: &str, one: &Recorded) -> String {
-    let curve = |(name, of): (&str, fn(&Energies) -> f64)| {
+    let curve = |(name, of): (&str, Shown)| {
         let values = one.motion.energies.iter().map(of);
         Curve { name: name.into(), points: one.motion.times.iter().copied().zip(values).collect() }
     };
