@@ -51,6 +51,32 @@ const WRONG_INPUT: &[Expectation] = &[
     ("degree_low", 4, ["geometry.degree: degree [1, 1] is too low for this body", "at least [2, 2]"]),
     ("degree_zero", 4, ["geometry.degree[0]: 0 is out of range", "give a whole number from 1 to 9"]),
     ("duplicate_key", 6, ["line 6: the key is given twice", "keep one of them"]),
+    ("dynamics_alpha_twice", 16, ["dynamics.alphas: both alpha and alphas are given", "keep one of the two"]),
+    (
+        "dynamics_alpha_of_continuum",
+        16,
+        ["dynamics.model: the continuum has no springs that alpha could damp", "give dynamics.rayleigh"],
+    ),
+    ("dynamics_rayleigh", 16, ["dynamics.rayleigh[1]: -0.001 is negative", "give a number from 0"]),
+    (
+        "dynamics_step_text",
+        15,
+        ["dynamics.step: \"small\" cannot be used here", "expected a number of seconds or \"auto\""],
+    ),
+    ("dynamics_step_zero", 15, ["dynamics.step: 0 is not positive", "give a number above 0"]),
+    ("dynamics_implicit_auto", 16, ["dynamics.step: every step is stable with newmark", "give the step in s"]),
+    ("dynamics_steps_and_duration", 16, ["dynamics.steps: both duration and steps are given", "keep one of the two"]),
+    ("dynamics_newmark", 15, ["dynamics.newmark: [0, 0.5] is stable for small steps only", "2 beta >= gamma >= 1/2"]),
+    ("dynamics_integrator", 15, ["dynamics.integrator: unknown name \"leapfrg\"", "did you mean \"leapfrog\"?"]),
+    ("dynamics_load_case", 15, ["dynamics.load_case: unknown name \"wind\"", "known names are load 1"]),
+    ("dynamics_load_times", 15, ["dynamics.load_factors[2]: the time 1 does not come after 2", "ascending order"]),
+    (
+        "dynamics_released_load",
+        16,
+        ["dynamics.load_until: the body is released from its load", "set dynamics.initial to \"rest\""],
+    ),
+    ("dynamics_gravity", 15, ["dynamics.gravity: 3 numbers for a body in 2D", "give 2, one for each direction"]),
+    ("dynamics_records", 16, ["dynamics.interval: 1000000001 records of 60 numbers", "record less often"]),
     ("dynamics_without_density", 4, ["material.density: is missing", "masses need it: add material.density in kg/m^3"]),
     ("empty", 1, ["material: is missing", "add material"]),
     ("empty_support", 7, ["support: nothing is held", "add support.faces"]),
@@ -259,6 +285,12 @@ const WRONG_INPUT: &[Expectation] = &[
 
 /// The numbers do not allow it: exit status 3.
 const WRONG_NUMBERS: &[Expectation] = &[
+    ("dynamics_unstable", 16, ["the step of 1e0 s is unstable with leapfrog", "no damping makes this step stable"]),
+    (
+        "dynamics_unstable_damping",
+        16,
+        ["the step of 1e-2 s is unstable with leapfrog: with the largest eigenfrequency", "give alpha = "],
+    ),
     ("mechanism", 12, ["the spring network is a mechanism: node 13 can move along x", "use a topology with diagonals"]),
     ("patch_folded", 2, ["element [2, 1] is folded", "move the control points"]),
     (
