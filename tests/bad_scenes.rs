@@ -76,7 +76,7 @@ const WRONG_INPUT: &[Expectation] = &[
         ["dynamics.load_until: the body is released from its load", "set dynamics.initial to \"rest\""],
     ),
     ("dynamics_gravity", 15, ["dynamics.gravity: 3 numbers for a body in 2D", "give 2, one for each direction"]),
-    ("dynamics_records", 16, ["dynamics.interval: 1000000001 records of 60 numbers", "record less often"]),
+    ("dynamics_records", 16, ["dynamics.interval: 1000000002 records of 60 numbers", "record less often"]),
     ("dynamics_without_density", 4, ["material.density: is missing", "masses need it: add material.density in kg/m^3"]),
     ("empty", 1, ["material: is missing", "add material"]),
     ("empty_support", 7, ["support: nothing is held", "add support.faces"]),

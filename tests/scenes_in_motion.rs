@@ -60,11 +60,12 @@ fn the_four_models_of_a_scene_agree_for_small_motion() {
     let linear = motions(&format!("{common}alpha = 400.0\nmodel = \"springs_linear\"\n"));
     let difference = largest_difference(last(&springs[0]), last(&linear[0]));
     assert!(difference > 1e-9 && difference < 0.02, "{difference}");
-    // the continuum is what the springs were fitted to: the same slow swing within a few percent
-    let undamped = motions(&format!("{common}model = \"springs_linear\"\n"));
-    let continuum = motions(&format!("{common}model = \"reference\"\nmasses = \"element\"\n"));
-    let difference = largest_difference(last(&continuum[0]), last(&undamped[0]));
-    assert!(difference < 0.1, "{difference}");
+    // the continuum is what the springs were fitted to: under a load that grows slowly they differ by the error of the fit
+    let slowly = "integrator = \"newmark\"\nstep = 0.05\nduration = 20.0\nload_factors = [[0.0, 0.0], [20.0, 1.0]]\n";
+    let fitted = motions(&format!("{slowly}model = \"springs_linear\"\n"));
+    let continuum = motions(&format!("{slowly}model = \"reference\"\n"));
+    let difference = largest_difference(last(&continuum[0]), last(&fitted[0]));
+    assert!(difference > 1e-3 && difference < 0.04, "{difference}");
     assert_eq!(springs[0].motion.times.len(), 201);
     assert!((springs[0].motion.times[200] - 0.2).abs() < 1e-12);
     assert!(springs[0].motion.strain.iter().all(|strain| strain.is_finite()) && springs[0].motion.strain[0] == 0.0);
