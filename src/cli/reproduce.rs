@@ -1,10 +1,12 @@
 //! `springfit reproduce`: the tables and experiments of the thesis, theirs beside ours.
 
 use std::io::IsTerminal;
+use std::path::Path;
 use std::sync::Arc;
 
 use serde_json::{Value, json};
 use springfit::clock::Progress;
+use springfit::export::write;
 use springfit::report::{reproduce, reproduce_motion};
 
 use super::progress::{Watcher, stop_on_interrupt};
@@ -13,14 +15,19 @@ use super::{Result, terminal};
 /// Computes the tables with these numbers, all when there are none.
 ///
 /// # Errors
-/// An unknown number, or an interruption.
-pub fn run(ids: &[String], json: bool) -> Result<()> {
+/// An unknown number, an interruption, or a folder that cannot be written.
+pub fn run(ids: &[String], out: Option<&Path>, json: bool) -> Result<()> {
     let progress = Arc::new(Progress::default());
     stop_on_interrupt(&progress);
     let watcher = Watcher::start(Arc::clone(&progress), std::io::stderr().is_terminal());
     let rows = compare(ids, &progress);
     drop(watcher);
     let (rows, moving) = rows?;
+    if let Some(folder) = out {
+        for (name, text) in reproduce_motion::plots(&moving) {
+            write::whole(&folder.join(name), text.as_bytes())?;
+        }
+    }
     match json {
         true => {
             let both = json!(rows).as_array().into_iter().chain(json!(moving).as_array()).flatten().cloned().collect();

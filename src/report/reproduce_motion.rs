@@ -20,6 +20,7 @@ use crate::dynamics::springs::{Coefficients, SpringModel};
 use crate::dynamics::stability::{self, Limit, Linearised};
 use crate::dynamics::stepper::{Settings, Stepper};
 use crate::error::{Error, Result};
+use crate::export::motion::{Recorded, strains};
 use crate::geometry::dofs::DofMap;
 use crate::geometry::grid::Grid;
 use crate::geometry::selection::face_nodes;
@@ -109,8 +110,9 @@ pub struct Comparison {
     pub growth: [Option<f64>; 2],
     /// Largest and last global strain (4.17) with their step; none when our limit refuses it.
     pub strain: Option<[f64; 2]>,
-    /// Times and global strain with their step.
-    pub course: Vec<[f64; 2]>,
+    /// The motion with their step; its course is in the plots.
+    #[serde(skip)]
+    pub motion: Option<Motion>,
 }
 
 /// The experiments that can be reproduced.
@@ -190,15 +192,12 @@ fn compare(experiment: &Experiment, subject: &Subject, alpha: f64, progress: &Pr
     let limit = stability::limit(&at_one.with_damping_over(Some(alpha)))?;
     let growth = [0.999, 1.001].map(|part| growth(subject, alpha, part * limit.damped));
     let [below, above] = growth;
-    let (strain, course) = match experiment.step <= limit.safe(limit.damped) {
-        true => {
-            let motion = course(experiment, subject, alpha, progress)?;
-            let largest = motion.strain.iter().copied().fold(0.0, f64::max);
-            let last = motion.strain.last().copied().unwrap_or_default();
-            (Some([largest, last]), motion.times.iter().zip(&motion.strain).map(|(&t, &s)| [t, s]).collect())
-        }
-        false => (None, Vec::new()),
-    };
+    let refused = experiment.step > limit.safe(limit.damped);
+    let motion = if refused { None } else { Some(course(experiment, subject, alpha, progress)?) };
+    let strain = motion.as_ref().map(|motion| {
+        let largest = motion.strain.iter().copied().fold(0.0, f64::max);
+        [largest, motion.strain.last().copied().unwrap_or_default()]
+    });
     let Limit { damped, proven, .. } = limit;
     Ok(Comparison {
         table: experiment.id,
@@ -211,7 +210,7 @@ fn compare(experiment: &Experiment, subject: &Subject, alpha: f64, progress: &Pr
         proven_within: proven,
         growth: [below?, above?],
         strain,
-        course,
+        motion,
     })
 }
 
@@ -251,6 +250,20 @@ fn growth(subject: &Subject, alpha: f64, step: f64) -> Result<Option<f64>> {
         }
     }
     Ok(Some(largest(&stepper) / swing))
+}
+
+/// The plots of the global strain over time, one for each body with a curve for each alpha (figures 4.3, 4.5 and 5.7): file
+/// names and texts.
+pub fn plots(rows: &[Comparison]) -> Vec<(String, String)> {
+    let bodies = rows.chunk_by(|a, b| (a.table, a.body) == (b.table, b.body));
+    let plot = |rows: &[Comparison]| {
+        let recorded =
+            rows.iter().filter_map(|row| Some(Recorded { alpha: Some(row.alpha), motion: row.motion.as_ref()? }));
+        let recorded: Vec<Recorded> = recorded.collect();
+        let name = format!("experiment {}, {}", rows[0].table, rows[0].body);
+        (format!("{}.svg", name.replace([' ', ','], "_").replace("__", "_")), strains(&name, &recorded))
+    };
+    bodies.map(plot).collect()
 }
 
 /// The comparisons as a table for people.
