@@ -147,7 +147,8 @@ fn energies(name: &str, one: &Recorded) -> String {
     plot::svg(&Labels { title: &title, time: "time, s", value: "energy, J" }, &ENERGIES.map(curve))
 }
 
-fn strains(name: &str, motions: &[Recorded]) -> String {
+/// The global strain of some motions over time, as the text of an SVG file.
+pub fn strains(name: &str, motions: &[Recorded]) -> String {
     let curve = |one: &Recorded| Curve {
         name: one.legend(),
         points: one.motion.times.iter().copied().zip(one.motion.strain.iter().copied()).collect(),

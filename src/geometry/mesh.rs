@@ -11,6 +11,12 @@
 //!
 //! Positions are in m, n x 3, z = 0 in two dimensions.
 
+pub mod faces;
+pub mod measure;
+pub mod nodes;
+pub mod parts;
+pub mod quality;
+
 /// What a cell is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum CellKind {
@@ -31,16 +37,6 @@ impl CellKind {
             Self::Triangle => 3,
             Self::Quadrilateral | Self::Tetrahedron => 4,
             Self::Hexahedron => 8,
-        }
-    }
-
-    /// Its name in messages.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Triangle => "triangle",
-            Self::Quadrilateral => "quadrilateral",
-            Self::Tetrahedron => "tetrahedron",
-            Self::Hexahedron => "hexahedron",
         }
     }
 
@@ -73,6 +69,28 @@ impl Mesh {
         Self { dimension, positions, kinds: Vec::new(), starts: vec![0], corners: Vec::new() }
     }
 
+    /// A mesh of cells that are already in lists: their kinds, and their corners one cell after the other.
+    ///
+    /// # Panics
+    /// As [`Mesh::push`].
+    pub(in crate::geometry) fn from_parts(
+        dimension: usize,
+        positions: Vec<[f64; 3]>,
+        kinds: Vec<CellKind>,
+        corners: Vec<u32>,
+    ) -> Self {
+        assert!(kinds.iter().all(|kind| kind.dimension() == dimension), "the cells have the dimension of the mesh");
+        assert_eq!(kinds.iter().map(|kind| kind.corners()).sum::<usize>(), corners.len(), "corners for every cell");
+        assert!(corners.iter().all(|&node| (node as usize) < positions.len()), "every corner is a node");
+        let mut starts = Vec::with_capacity(kinds.len() + 1);
+        starts.push(0);
+        starts.extend(kinds.iter().scan(0, |end, kind| {
+            *end += kind.corners() as u32;
+            Some(*end)
+        }));
+        Self { dimension, positions, kinds, starts, corners }
+    }
+
     /// Appends a cell.
     ///
     /// # Panics
@@ -96,6 +114,11 @@ impl Mesh {
         &self.positions
     }
 
+    /// Places of the nodes in m, to be moved.
+    pub fn positions_mut(&mut self) -> &mut [[f64; 3]] {
+        &mut self.positions
+    }
+
     /// Number of cells.
     pub fn cells(&self) -> usize {
         self.kinds.len()
@@ -109,6 +132,15 @@ impl Mesh {
     /// The nodes at the corners of a cell.
     pub fn corners(&self, cell: usize) -> &[u32] {
         &self.corners[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+    }
+
+    /// Places of the first N corners of a cell (m).
+    ///
+    /// # Panics
+    /// When the cell has fewer than N corners.
+    pub fn places<const N: usize>(&self, cell: usize) -> [[f64; 3]; N] {
+        let corners = self.corners(cell);
+        std::array::from_fn(|corner| self.positions[corners[corner] as usize])
     }
 }
 

@@ -7,7 +7,8 @@
 //! | [`methods`] | the table of methods, and how each fills them: splines, finite elements |
 //! | [`stiffness`] | element stiffness, its pattern and its assembly |
 //! | [`mass`] | consistent and lumped masses, Rayleigh damping |
-//! | [`loads`] | forces on nodes, tractions, body forces |
+//! | [`loads`] | forces on nodes, tractions on faces of a patch, body forces |
+//! | [`side_loads`] | tractions on sides of a mesh |
 //! | [`supports`] | do the supports hold the body |
 //! | [`statics`] | K u = f with a checked backward error |
 //! | [`matrix_free`] | K u = f on fine meshes: conjugate gradients on a K that is applied and not stored |
@@ -22,6 +23,7 @@ pub mod matrix_free;
 pub mod methods;
 pub mod points;
 mod quadrature;
+pub mod side_loads;
 pub mod statics;
 pub mod stiffness;
 pub mod stress;
