@@ -61,8 +61,11 @@ enum Command {
     },
     /// Print tables and experiments of the thesis, theirs beside ours
     Reproduce {
-        /// Numbers, such as 4.I or 5.2, or "smoothed"; all of the thesis when none is given
+        /// Numbers of tables and experiments, such as 4.I or 5.2, or "smoothed"; all when none is given
         id: Vec<String>,
+        /// Folder for the plots of experiments in motion
+        #[arg(long)]
+        out: Option<std::path::PathBuf>,
         /// Print JSON
         #[arg(long)]
         json: bool,
@@ -113,7 +116,7 @@ pub fn run(call: &Call) -> Result<()> {
         Command::New { name } => new::run(name),
         Command::List { kind, json } => list::run(kind.as_deref(), *json),
         Command::Bench { what } => bench::run(what),
-        Command::Reproduce { id, json } => reproduce::run(id, *json),
+        Command::Reproduce { id, out, json } => reproduce::run(id, out.as_deref(), *json),
         Command::Schema => schema::run(),
     }
 }

@@ -20,11 +20,11 @@
 //! | `sweep` | the forces of a block of nodes, eight at a time, each spring of a band once |
 //!
 //! **What bounds it.** A spring of a band on a cube costs 16 bytes and its share of 72 bytes a node (position read, force
-//! written and its line fetched first), 22 bytes in all, and 32 floating-point operations of which most are fused pairs
-//! on eight lanes: 27 instructions for eight springs on two ports. At 2.7 GHz that is 1.6 thousand million springs a second
-//! for each thread, 35 GB/s, more than memory gives. So beyond the caches memory bounds it, and in the caches arithmetic. With a
-//! root and a quotient instead of [`Lanes::inverse_root`](crate::lanes::Lanes::inverse_root) (34 cycles for eight) it would
-//! be 600 million, and arithmetic would bound it everywhere.
+//! written and its line fetched first) and of the empty places at the sides, 23 bytes in all, and 27 vector instructions for
+//! eight springs on two ports. At 2.7 GHz that is at most 1.6 thousand million springs a second for each thread, 37 GB/s,
+//! more than memory gives: beyond the caches memory bounds it, inside them arithmetic. `springfit bench step` measures
+//! both sides. With a root and a quotient in place of the estimate (34 cycles for eight) it would be 500 to 600 million at most
+//! and bound by arithmetic everywhere; with every spring computed from both of its ends, 1.1 thousand million.
 
 mod storage;
 mod sweep;

@@ -5,14 +5,12 @@
 //! | [`result`] | result.json |
 //! | [`motion`] | its part about masses, steps and motions |
 //! | [`summary`] | what a person reads after a run or a check |
-//! | [`reproduce`] | tables of the thesis, theirs beside ours |
-//! | [`smoothed`] | smoothed finite elements on good and bad meshes |
+//! | [`reproduce`] | tables and experiments of the sources, theirs beside ours |
 //! | [`mod@bench`] | speed against error on this machine |
 
 pub mod bench;
 pub mod motion;
 pub mod reproduce;
 pub mod result;
-pub mod smoothed;
 pub mod summary;
 mod thesis;
