@@ -7,6 +7,8 @@
 //! | [`methods`] | how each method fills them: isogeometric |
 //! | [`stiffness`] | element stiffness, its pattern and its assembly |
 //! | [`loads`] | forces on nodes, tractions, body forces |
+//! | [`load_fields`] | torsion, bending, radial and random smooth forces |
+//! | [`load_file`] | forces from a JSON file |
 //! | [`supports`] | do the supports hold the body |
 //! | [`statics`] | K u = f with a checked backward error |
 //! | [`matrix_free`] | K u = f on fine meshes: conjugate gradients on a K that is applied and not stored |
@@ -14,6 +16,8 @@
 //!
 //! [`Reference::solve`] puts them together and chooses between the two ways to solve. The room does not know that springs exist.
 
+pub mod load_fields;
+pub mod load_file;
 pub mod loads;
 pub mod material;
 pub mod matrix_free;
@@ -189,6 +193,14 @@ impl Reference {
 }
 
 impl Case {
+    /// The answer to the same load times `factor`.
+    pub fn scale(&mut self, factor: f64) {
+        self.displacement.iter_mut().for_each(|u| *u *= factor);
+        self.compliance *= factor * factor;
+        self.u_max *= factor.abs();
+        self.u_norm2 *= factor.abs();
+    }
+
     fn of_all(dofs: &DofMap, loads: &[Load], displacements: Vec<Vec<f64>>) -> Vec<Self> {
         loads.iter().zip(displacements).map(|(load, u)| Self::new(dofs, &load.forces, u)).collect()
     }

@@ -7,18 +7,16 @@ use crate::error::{Error, Result};
 use crate::geometry::knots::MAX_DEGREE;
 use crate::springs::grouping;
 
+use super::check_load;
 use super::choices::{FACES, known, names};
-use super::load::LOAD_KINDS;
 use super::{
-    Annealing, BoxRegion, Calibration, Dynamics, Gamma, GammaSweep, GaussNewton, Geometry, Load, Plane, Scene, Solver,
+    Annealing, BoxRegion, Calibration, Dynamics, Gamma, GammaSweep, GaussNewton, Geometry, Plane, Scene, Solver,
 };
 
 /// Most control points of a grid.
 const MOST_CONTROL_POINTS: usize = 100_000_000;
 /// Smallest and largest tolerance of the iterative solver: below is rounding, above the error would show it.
 const TOLERANCES: [f64; 2] = [1e-14, 1e-6];
-/// Most load cases.
-const MOST_LOADS: usize = 1000;
 
 /// Checks all that can be checked before the body is built, and returns warnings.
 ///
@@ -28,7 +26,7 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     check_geometry(&scene.geometry)?;
     check_material(scene)?;
     check_support(scene)?;
-    check_loads(&scene.load)?;
+    check_load::check(&scene.load)?;
     known("reference.method", &scene.reference.method, &names("reference.method"))?;
     known("springs.topology", &scene.springs.topology, &names("springs.topology"))?;
     known("springs.grouping", &scene.springs.grouping, &names("springs.grouping"))?;
@@ -155,49 +153,6 @@ fn check_support(scene: &Scene) -> Result<()> {
     }
 }
 
-fn check_loads(loads: &[Load]) -> Result<()> {
-    if loads.is_empty() {
-        let help = format!("add a [[load]] table with one of {}", LOAD_KINDS.join(", "));
-        return Err(Error::input("load", "no load case is given", help));
-    }
-    if loads.len() > MOST_LOADS {
-        return Err(Error::input("load", format!("{} load cases", loads.len()), format!("at most {MOST_LOADS}")));
-    }
-    for (i, load) in loads.iter().enumerate() {
-        check_load(load, &format!("load[{i}]"))?;
-        let twice = load.name.is_some() && loads[..i].iter().any(|other| other.name == load.name);
-        if let (true, Some(name)) = (twice, &load.name) {
-            let message = format!("\"{name}\" is the name of another load case");
-            return Err(Error::input(format!("load[{i}].name"), message, "give every load case its own name"));
-        }
-    }
-    if loads.iter().all(|load| !load.fit) {
-        let help = "leave fit out, or set it to true, in at least one [[load]]";
-        return Err(Error::input("load[0].fit", "every load case is held out: there is nothing to fit to", help));
-    }
-    Ok(())
-}
-
-fn check_load(load: &Load, key: &str) -> Result<()> {
-    let kinds = load.kinds();
-    if kinds.len() > 1 {
-        let message = format!("{} are given together", kinds.join(" and "));
-        return Err(Error::input(format!("{key}.{}", kinds[1]), message, "one [[load]] table has one kind of load"));
-    }
-    let Some((name, vector)) = load.vector() else {
-        let help = format!("add one of {}", LOAD_KINDS.join(", "));
-        return Err(Error::input(key, "no kind of load is given", help));
-    };
-    if let Some(traction) = &load.traction {
-        known(&format!("{key}.traction.face"), &traction.face, &FACES)?;
-    }
-    if vector.iter().all(|&component| component == 0.0) {
-        let help = "give at least one component that is not zero: an error relative to no motion has no value";
-        return Err(Error::input(format!("{key}.{name}"), format!("{vector:?} is no load"), help));
-    }
-    Ok(())
-}
-
 fn check_calibration(calibration: &Calibration) -> Result<()> {
     known("calibration.objective", &calibration.objective, &names("calibration.objective"))?;
     known("calibration.optimiser", &calibration.optimiser, &names("calibration.optimiser"))?;
@@ -246,14 +201,7 @@ fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
     let region = scene.support.r#box.as_ref();
     length("support.box.min", region.map(|region| region.min.len()), dimension)?;
     length("support.box.max", region.map(|region| region.max.len()), dimension)?;
-    for (i, load) in scene.load.iter().enumerate() {
-        if let Some((name, vector)) = load.vector() {
-            length(&format!("load[{i}].{name}"), Some(vector.len()), dimension)?;
-        }
-        if let Some(traction) = &load.traction {
-            known(&format!("load[{i}].traction.face"), &traction.face, &FACES[..2 * dimension])?;
-        }
-    }
+    check_load::check_dimension(&scene.load, dimension)?;
     for (i, face) in scene.support.faces.iter().enumerate() {
         known(&format!("support.faces[{i}]"), face, &FACES[..2 * dimension])?;
     }
@@ -292,7 +240,7 @@ fn warnings(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-fn length(key: &str, found: Option<usize>, dimension: usize) -> Result<()> {
+pub(super) fn length(key: &str, found: Option<usize>, dimension: usize) -> Result<()> {
     match found {
         Some(found) if found != dimension => {
             let message = format!("{found} numbers for a body in {dimension}D");
@@ -302,7 +250,7 @@ fn length(key: &str, found: Option<usize>, dimension: usize) -> Result<()> {
     }
 }
 
-fn positive(key: &str, value: f64) -> Result<()> {
+pub(super) fn positive(key: &str, value: f64) -> Result<()> {
     if value > 0.0 {
         return Ok(());
     }

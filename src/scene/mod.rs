@@ -16,6 +16,7 @@
 mod body;
 mod calibration;
 mod check;
+mod check_load;
 mod choices;
 mod entries;
 mod load;
@@ -35,7 +36,7 @@ pub use body::{Axis, BoxRegion, Geometry, Material, Support};
 pub use calibration::{Annealing, Calibration, Gamma, GammaSweep, GaussNewton};
 pub use check::{check, check_body};
 pub use choices::{Choice, KINDS, Kind};
-pub use load::{Load, PointForce, Traction};
+pub use load::{Bending, Load, PatchForce, PointForce, RandomSmooth, Torsion, Traction};
 pub use located::{Located, Source};
 pub use parse::{Input, parse, read};
 pub use reference::{Plane, Reference};
