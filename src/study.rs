@@ -101,12 +101,13 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
     progress.enter("body and loads", 0);
     let body = body::build(scene)?;
     let scene = body.resolved.clone();
-    let loads = loads::build(&scene, &body)?;
+    let mut loads = loads::build(&scene, &body)?;
     timed("geometry", watch);
 
     let watch = Stopwatch::start();
     progress.enter("reference", 0);
-    let reference = solve_reference(&body, &loads, progress)?;
+    let mut reference = solve_reference(&body, &loads, progress)?;
+    loads::scale(&scene, &mut loads, &mut reference);
     timed("reference", watch);
 
     let watch = Stopwatch::start();

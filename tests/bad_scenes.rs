@@ -116,8 +116,35 @@ const WRONG_INPUT: &[Expectation] = &[
     ("infinite", 5, ["material.young: inf is not a finite number", "give a finite number"]),
     ("later_budget", 11, ["budget: unknown key", "known keys here are name, geometry"]),
     ("later_grouping", 12, ["springs.grouping: unknown name \"adaptive\"", "known names are length"]),
-    ("later_key", 10, ["load[0].torsion: unknown key", "known keys here are name, fit"]),
+    ("later_key", 10, ["load[0].wind: unknown key", "known keys here are name, fit"]),
     ("later_method", 12, ["reference.method: unknown name \"meshfree\"", "known names are iga, t3, t4, q4, b8"]),
+    (
+        "load_bending_axes",
+        10,
+        [
+            "load[0].bending.direction: the force would stretch the body, not bend it",
+            "give another axis than bending.along",
+        ],
+    ),
+    (
+        "load_case_without_file",
+        11,
+        ["load[0].case: case is given without a file", "it says which forces of load.file are meant"],
+    ),
+    ("load_file_case", 12, ["load[0].case: the file has no case \"shear\"", "it has bending, point, radial"]),
+    (
+        "load_file_missing",
+        0,
+        ["load_file_missing.toml.json: cannot be read", "give the path of a JSON file with forces"],
+    ),
+    ("load_max_displacement", 11, ["load[0].max_displacement: 0 is not positive", "give a number above 0"]),
+    ("load_patch_place", 10, ["load[0].patch: no place is given", "add one of face, set, box"]),
+    ("load_radial_zero", 10, ["load[0].radial: 0 is no load", "give a force that is not zero"]),
+    (
+        "load_torsion_in_plane",
+        10,
+        ["load[0].torsion.axis: a body in 2D cannot turn about an axis in its plane", "leave it out, or give \"z\""],
+    ),
     (
         "load_all_held_out",
         10,

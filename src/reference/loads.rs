@@ -64,6 +64,31 @@ pub fn nodal(dofs: &DofMap, forces: &[[f64; 3]]) -> Result<Load> {
     }
 }
 
+impl Load {
+    /// The same load times `factor`.
+    pub fn scale(&mut self, factor: f64) {
+        self.forces.iter_mut().for_each(|f| *f *= factor);
+        self.total = self.total.map(|f| f * factor);
+        self.held = self.held.map(|f| f * factor);
+    }
+}
+
+/// A force (N) shared equally by the nodes of a set that can move; tied points count once.
+///
+/// # Errors
+/// Those of [`nodal`]: when no node of the set can move.
+pub fn shared(dofs: &DofMap, nodes: &[u32], force: [f64; 3]) -> Result<Load> {
+    let mut masters: Vec<usize> = nodes.iter().map(|&node| dofs.master(node as usize)).collect();
+    masters.sort_unstable();
+    masters.dedup();
+    masters.retain(|&node| dofs.free(node).iter().any(|&dof| dof != FIXED));
+    let mut forces = vec![[0.0; 3]; dofs.nodes()];
+    for &node in &masters {
+        forces[node] = force.map(|f| f / masters.len() as f64);
+    }
+    nodal(dofs, &forces)
+}
+
 /// The load of the thesis: the same force (N) on every control point that can move, tied points once.
 ///
 /// # Errors

@@ -8,6 +8,8 @@
 //! | [`stiffness`] | element stiffness, its pattern and its assembly |
 //! | [`mass`] | consistent and lumped masses, Rayleigh damping |
 //! | [`loads`] | forces on nodes, tractions on faces of a patch, body forces |
+//! | [`load_fields`] | torsion, bending, radial and random smooth forces |
+//! | [`load_file`] | forces from a JSON file |
 //! | [`side_loads`] | tractions on sides of a mesh |
 //! | [`corotational`] | large rotations: energy, forces and tangents by domain, and their equilibrium |
 //! | [`supports`] | do the supports hold the body |
@@ -19,6 +21,8 @@
 //! [`Reference::solve`] puts them together and chooses between the two ways to solve. The room does not know that springs exist.
 
 pub mod corotational;
+pub mod load_fields;
+pub mod load_file;
 pub mod loads;
 pub mod mass;
 pub mod material;
@@ -225,6 +229,14 @@ impl Reference {
 }
 
 impl Case {
+    /// The answer to the same load times `factor`.
+    pub fn scale(&mut self, factor: f64) {
+        self.displacement.iter_mut().for_each(|u| *u *= factor);
+        self.compliance *= factor * factor;
+        self.u_max *= factor.abs();
+        self.u_norm2 *= factor.abs();
+    }
+
     fn of_all(dofs: &DofMap, loads: &[Load], displacements: Vec<Vec<f64>>) -> Vec<Self> {
         loads.iter().zip(displacements).map(|(load, u)| Self::new(dofs, &load.forces, u)).collect()
     }

@@ -14,17 +14,15 @@ use crate::springs::grouping;
 
 use reference::{check_reference, named_method};
 
+use super::check_load;
 use super::choices::{FACES, known, names};
 use super::dynamics;
-use super::load::LOAD_KINDS;
-use super::{BoxRegion, Gamma, GammaSweep, Geometry, Load, Plane, Scene, Solver, Traction};
+use super::{BoxRegion, Gamma, GammaSweep, Geometry, Plane, Scene, Solver};
 
 /// Most control points of a grid.
 const MOST_CONTROL_POINTS: usize = 100_000_000;
 /// Smallest and largest tolerance of the iterative solver: below is rounding, above the error would show it.
 const TOLERANCES: [f64; 2] = [1e-14, 1e-6];
-/// Most load cases.
-const MOST_LOADS: usize = 1000;
 
 /// Checks all that can be checked before the body is built, and returns warnings.
 ///
@@ -34,7 +32,7 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     check_geometry(&scene.geometry)?;
     check_material(scene)?;
     check_support(scene)?;
-    check_loads(&scene.load)?;
+    check_load::check(&scene.load)?;
     check_reference(scene)?;
     known("springs.topology", &scene.springs.topology, &names("springs.topology"))?;
     known("springs.grouping", &scene.springs.grouping, &names("springs.grouping"))?;
@@ -149,7 +147,7 @@ fn check_support(scene: &Scene) -> Result<()> {
     support.r#box.as_ref().map_or(Ok(()), |region| check_box("support.box", region))
 }
 
-fn check_box(key: &str, BoxRegion { min, max }: &BoxRegion) -> Result<()> {
+pub(super) fn check_box(key: &str, BoxRegion { min, max }: &BoxRegion) -> Result<()> {
     match min.iter().zip(max).position(|(low, high)| low > high) {
         Some(a) => Err(Error::input(
             format!("{key}.max[{a}]"),
@@ -157,60 +155,6 @@ fn check_box(key: &str, BoxRegion { min, max }: &BoxRegion) -> Result<()> {
             "give the smaller corner as min and the larger as max",
         )),
         None => Ok(()),
-    }
-}
-
-fn check_loads(loads: &[Load]) -> Result<()> {
-    if loads.is_empty() {
-        let help = format!("add a [[load]] table with one of {}", LOAD_KINDS.join(", "));
-        return Err(Error::input("load", "no load case is given", help));
-    }
-    if loads.len() > MOST_LOADS {
-        return Err(Error::input("load", format!("{} load cases", loads.len()), format!("at most {MOST_LOADS}")));
-    }
-    for (i, load) in loads.iter().enumerate() {
-        check_load(load, &format!("load[{i}]"))?;
-        let twice = load.name.is_some() && loads[..i].iter().any(|other| other.name == load.name);
-        if let (true, Some(name)) = (twice, &load.name) {
-            let message = format!("\"{name}\" is the name of another load case");
-            return Err(Error::input(format!("load[{i}].name"), message, "give every load case its own name"));
-        }
-    }
-    if loads.iter().all(|load| !load.fit) {
-        let help = "leave fit out, or set it to true, in at least one [[load]]";
-        return Err(Error::input("load[0].fit", "every load case is held out: there is nothing to fit to", help));
-    }
-    Ok(())
-}
-
-fn check_load(load: &Load, key: &str) -> Result<()> {
-    let kinds = load.kinds();
-    if kinds.len() > 1 {
-        let message = format!("{} are given together", kinds.join(" and "));
-        return Err(Error::input(format!("{key}.{}", kinds[1]), message, "one [[load]] table has one kind of load"));
-    }
-    let Some((name, vector)) = load.vector() else {
-        let help = format!("add one of {}", LOAD_KINDS.join(", "));
-        return Err(Error::input(key, "no kind of load is given", help));
-    };
-    if let Some(traction) = &load.traction {
-        check_place(traction, &format!("{key}.traction"))?;
-    }
-    if vector.iter().all(|&component| component == 0.0) {
-        let help = "give at least one component that is not zero: an error relative to no motion has no value";
-        return Err(Error::input(format!("{key}.{name}"), format!("{vector:?} is no load"), help));
-    }
-    Ok(())
-}
-
-/// A traction acts at one place.
-fn check_place(Traction { face, set, r#box, .. }: &Traction, key: &str) -> Result<()> {
-    match (face, set, r#box) {
-        (Some(face), None, None) => known(&format!("{key}.face"), face, &FACES),
-        (None, Some(_), None) => Ok(()),
-        (None, None, Some(region)) => check_box(&format!("{key}.box"), region),
-        (None, None, None) => Err(Error::input(key, "no place is given", "add one of face, set, box")),
-        _ => Err(Error::input(key, "several places are given", "keep one of face, set, box")),
     }
 }
 
@@ -231,20 +175,7 @@ fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
     let region = scene.support.r#box.as_ref();
     length("support.box.min", region.map(|region| region.min.len()), dimension)?;
     length("support.box.max", region.map(|region| region.max.len()), dimension)?;
-    for (i, load) in scene.load.iter().enumerate() {
-        if let Some((name, vector)) = load.vector() {
-            length(&format!("load[{i}].{name}"), Some(vector.len()), dimension)?;
-        }
-        if let Some(traction) = &load.traction {
-            let key = format!("load[{i}].traction");
-            if let Some(face) = &traction.face {
-                known(&format!("{key}.face"), face, &FACES[..2 * dimension])?;
-            }
-            let region = traction.r#box.as_ref();
-            length(&format!("{key}.box.min"), region.map(|region| region.min.len()), dimension)?;
-            length(&format!("{key}.box.max"), region.map(|region| region.max.len()), dimension)?;
-        }
-    }
+    check_load::check_dimension(&scene.load, dimension)?;
     let gravity = scene.dynamics.as_ref().and_then(|dynamics| dynamics.gravity.as_ref());
     length("dynamics.gravity", gravity.map(Vec::len), dimension)?;
     for (i, face) in scene.support.faces.iter().enumerate() {
@@ -293,7 +224,7 @@ fn warnings(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-fn length(key: &str, found: Option<usize>, dimension: usize) -> Result<()> {
+pub(super) fn length(key: &str, found: Option<usize>, dimension: usize) -> Result<()> {
     match found {
         Some(found) if found != dimension => {
             let message = format!("{found} numbers for a body in {dimension}D");

@@ -16,6 +16,7 @@
 mod body;
 mod calibration;
 mod check;
+mod check_load;
 mod choices;
 mod dynamics;
 mod entries;
@@ -38,7 +39,7 @@ pub use calibration::{Annealing, Calibration, Gamma, GammaSweep, GaussNewton};
 pub use check::{check, check_body, check_method};
 pub use choices::{Choice, KINDS, Kind};
 pub use dynamics::{Dynamics, Initial, Masses, Model, Step};
-pub use load::{Load, PointForce, Traction};
+pub use load::{Bending, Load, PatchForce, Place, PointForce, RandomSmooth, Torsion, Traction};
 pub use located::{Located, Source};
 pub use parse::{Input, parse, read};
 pub use reference::{Plane, Reference};

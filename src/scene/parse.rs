@@ -26,7 +26,7 @@ const LARGEST_FILE: u64 = 16 << 20;
 
 /// Reads a scene file, applies `--set KEY=VALUE`, parses and checks it.
 ///
-/// A relative `geometry.file` is taken from the folder of the scene.
+/// A relative `geometry.file` or `load.file` is taken from the folder of the scene.
 ///
 /// # Errors
 /// Whatever is wrong with the file or in it, with its line; exit status 2.
@@ -39,8 +39,9 @@ pub fn read(path: &Path, sets: &[String]) -> std::result::Result<Input, Located>
     if scene.name.is_empty() {
         scene.name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     }
-    if let (Some(file), Some(folder)) = (&mut scene.geometry.file, path.parent()) {
-        *file = folder.join(&file);
+    if let Some(folder) = path.parent() {
+        let files = scene.load.iter_mut().filter_map(|load| load.file.as_mut());
+        scene.geometry.file.iter_mut().chain(files).for_each(|file| *file = folder.join(&file));
     }
     let warnings = check(&scene).map_err(|error| source.locate(error))?;
     Ok(Input { scene, source, warnings })
@@ -138,7 +139,7 @@ fn wrong_type(key: &str, text: &str, span: std::ops::Range<usize>, message: &str
         "f64" => "a number",
         "usize" | "u64" => "a whole number from 0",
         "a boolean" => "true or false",
-        "a string" | "path string" => "a string in quotes",
+        "a string" | "path string" | "wanted string or table" => "a string in quotes",
         "a sequence" if key == "load" => "[[load]], one table a load case",
         "a sequence" => "an array such as [1, 2]",
         expected if expected.starts_with("struct ") => "a table",

@@ -1,9 +1,12 @@
 //! The load cases of a scene as forces on the free degrees of freedom.
 
 use crate::error::{Error, Result};
+use crate::reference::Reference;
+use crate::reference::load_fields::{self, Field};
+use crate::reference::load_file::{self, Wanted};
 use crate::reference::loads::{self, Face, Load};
 use crate::reference::side_loads;
-use crate::scene::{self, Scene};
+use crate::scene::{self, Axis, Place, Scene};
 
 use super::body::{self, Body};
 use super::continuum::Continuum;
@@ -33,7 +36,10 @@ pub fn build(scene: &Scene, body: &Body) -> Result<Vec<LoadCase>> {
 /// The error of one case with the key of its table.
 fn at_case(error: Error, case: usize) -> Error {
     match error {
-        Error::Input { message, help, .. } => Error::input(format!("load[{case}]"), message, help),
+        Error::Input { key, message, help } => {
+            let inside = key.strip_prefix("load.").map(|rest| format!(".{rest}")).unwrap_or_default();
+            Error::input(format!("load[{case}]{inside}"), message, help)
+        }
         other => other,
     }
 }
@@ -50,9 +56,42 @@ fn forces(load: &scene::Load, body: &Body) -> Result<Load> {
         let density = padded(density);
         return loads::body_force(&body.integration_points()?, &body.dofs, &|_| density);
     }
-    match &load.point {
-        Some(point) => loads::point(&body.dofs, point.node, padded(&point.force)),
-        None => Err(Error::input("load", "has no force", "give one of force_per_node, traction, body_force, point")),
+    if let Some(point) = &load.point {
+        return loads::point(&body.dofs, point.node, padded(&point.force));
+    }
+    if let Some(patch) = &load.patch {
+        return loads::shared(&body.dofs, &chosen_nodes(patch.place(), body)?, padded(&patch.force));
+    }
+    if let Some(path) = &load.file {
+        let (body_name, case) = (load.body.as_deref(), load.case.as_deref());
+        let (dimension, nodes) = (body.dofs.dimension(), body.dofs.nodes());
+        let forces = load_file::read(path, Wanted { body: body_name, case, dimension, nodes })?;
+        return loads::nodal(&body.dofs, &forces);
+    }
+    match (field(load), load.strength()) {
+        (Some(field), Some((_, strength))) => load_fields::load(&field, strength, body.positions(), &body.dofs),
+        _ => Err(Error::input("load", "has no force", "see `springfit schema` for the kinds of load")),
+    }
+}
+
+/// The load field of a scene's load, if it is one.
+fn field(load: &scene::Load) -> Option<Field> {
+    let unit = |axis: Axis| std::array::from_fn(|i| f64::from(i == axis.index()));
+    let torsion = load.torsion.as_ref().map(|torsion| Field::Torsion { axis: unit(torsion.axis) });
+    let bending = load.bending.as_ref();
+    let bending = bending.map(|b| Field::Bending { along: unit(b.along), direction: unit(b.direction) });
+    let random = load.random_smooth.as_ref().map(|random| Field::RandomSmooth { seed: random.seed });
+    torsion.or(bending).or(load.radial.map(|_| Field::Radial)).or(random)
+}
+
+/// Scales the loads that ask for it to their largest displacement of the continuum, and its answers with them.
+pub fn scale(scene: &Scene, loads: &mut [LoadCase], reference: &mut Reference) {
+    for ((given, case), answer) in scene.load.iter().zip(loads).zip(&mut reference.cases) {
+        if let Some(largest) = given.max_displacement {
+            let factor = largest / answer.u_max;
+            case.load.scale(factor);
+            answer.scale(factor);
+        }
     }
 }
 
@@ -68,7 +107,7 @@ fn traction(traction: &scene::Traction, value: [f64; 3], body: &Body) -> Result<
             Err(Error::input("load", "no face is given", help))
         }
         (Continuum::Elements { mesh, .. }, _) => {
-            let chosen = chosen_nodes(traction, body)?;
+            let chosen = chosen_nodes(traction.place(), body)?;
             let faces = mesh.boundary_faces()?;
             let there = |corners: &&[u32]| corners.iter().all(|node| chosen.binary_search(node).is_ok());
             let sides: Vec<&[u32]> = faces.iter().map(|side| side.nodes()).filter(there).collect();
@@ -82,13 +121,12 @@ fn traction(traction: &scene::Traction, value: [f64; 3], body: &Body) -> Result<
     }
 }
 
-/// The nodes whose sides carry a traction, ascending.
-fn chosen_nodes(traction: &scene::Traction, body: &Body) -> Result<Vec<u32>> {
-    let scene::Traction { face, set, r#box, .. } = traction;
-    match (face, set, r#box) {
+/// The nodes of a place, ascending.
+fn chosen_nodes(place: Place, body: &Body) -> Result<Vec<u32>> {
+    match (place.face, place.set, place.region) {
         (Some(face), ..) => body.continuum.face_nodes(face, "load"),
         (_, Some(set), _) => body.continuum.set_nodes(set, "load"),
         (_, _, Some(region)) => Ok(body::box_nodes(region, body.positions())),
-        _ => Err(Error::input("load", "a traction needs a place", "give one of face, set, box")),
+        _ => Err(Error::input("load", "it needs a place", "give one of face, set, box")),
     }
 }
