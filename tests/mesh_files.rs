@@ -94,7 +94,7 @@ fn the_centre_of_a_circle_is_left_out_with_a_word() {
         let file = mesh_of(name);
         assert_eq!(file.mesh.positions().len(), 10, "{name}");
         assert!(
-            file.warnings[0].starts_with("1 nodes are the corner of no cell and were left out: "),
+            file.warnings[0].starts_with("1 of 11 nodes are no corner of a cell and were left out: "),
             "{:?}",
             file.warnings
         );

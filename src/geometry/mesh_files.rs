@@ -17,6 +17,7 @@ mod sound;
 mod source;
 mod tetgen;
 mod vtk;
+mod vtk_lists;
 
 use std::path::Path;
 

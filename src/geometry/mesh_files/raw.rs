@@ -108,7 +108,6 @@ pub(super) struct Raw {
     pub(super) names: Vec<(Group, String)>,
     /// Groups and their nodes, in any order and repeated.
     pub(super) members: Vec<(Group, u32)>,
-    pub(super) warnings: Vec<String>,
     /// For each node the last run of cells that enrolled it.
     enrolled: Vec<u32>,
 }

@@ -38,7 +38,7 @@ pub(super) fn finish(mut raw: Raw, path: &Path) -> Result<MeshFile> {
     }
     let cells = std::mem::take(&mut raw.cells[dimension - 2]);
     raw.cells = Default::default();
-    let Raw { mut nodes, mut warnings, .. } = raw;
+    let (mut nodes, mut warnings) = (raw.nodes, Vec::new());
     let positions = std::mem::take(&mut nodes.positions);
     let mut mesh = Mesh::from_parts(dimension, positions, cells.kinds, cells.corners);
     let place = |cell: usize| match cells.lines[cell] {
@@ -51,10 +51,11 @@ pub(super) fn finish(mut raw: Raw, path: &Path) -> Result<MeshFile> {
     check_corners(&mesh, &place, &nodes, &refuse)?;
     turn(&mut mesh, &place, &mut warnings, &refuse)?;
     check_faces(&mesh, &cells.lines, &nodes, &mut warnings, &refuse)?;
+    let all = mesh.positions().len();
     let loose = mesh.drop_loose_nodes();
     if !loose.is_empty() {
         let tags = listed(loose.iter().map(|&node| nodes.tag(node)));
-        warnings.push(format!("{} nodes are the corner of no cell and were left out: {tags}", loose.len()));
+        warnings.push(format!("{} of {all} nodes are no corner of a cell and were left out: {tags}", loose.len()));
     }
     let sets = sets.into_iter().map(|(name, members)| (name, renumbered(&members, &loose)));
     let sets: Vec<(String, Vec<u32>)> = sets.filter(|(_, members)| !members.is_empty()).collect();
