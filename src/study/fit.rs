@@ -89,16 +89,6 @@ pub struct Row {
     pub outcome: Arc<Outcome>,
 }
 
-/// Starts on meshes so fine that every factorisation counts; the bounds and the first start are the same on coarse ones,
-/// where local minima can be looked for. `None` on meshes of common size.
-fn starts_on_fine_meshes(unknowns: usize) -> Option<usize> {
-    match unknowns {
-        100_000.. => Some(1),
-        30_000.. => Some(2),
-        _ => None,
-    }
-}
-
 /// What a fit works on.
 #[derive(Clone, Copy)]
 pub struct Given<'a> {
@@ -247,11 +237,7 @@ impl Given<'_> {
             fitted.iter().flat_map(|&c| self.reference.cases[c].displacement.iter().copied()).collect();
         let largest: Vec<f64> = fitted.iter().map(|&c| self.reference.cases[c].u_max).collect();
         let weights = weights(&largest, self.body.dofs.masters().count());
-        let (optimiser, mut settings) = optimiser(self.scene)?;
-        // on a grid all starts but the first cost next to nothing (optimisers::reduced)
-        if self.lattice.symbolic.is_some() {
-            settings.starts = settings.starts.or(starts_on_fine_meshes(self.body.dofs.len()));
-        }
+        let (optimiser, settings) = optimiser(self.scene)?;
         let expected = problems.iter().map(|problem| (optimiser.expected_evaluations)(&settings, problem.upper.len()));
         progress.enter("calibration", expected.sum());
         let solver = network::settings(self.scene);

@@ -203,7 +203,12 @@ impl SpringCost {
             }
             _ => 0,
         };
-        let evaluations: u64 = distinct.iter().map(|&groups| (optimiser.expected_evaluations)(settings, groups)).sum();
+        let evaluations: u64 = match () {
+            () if optimiser.name == "gauss_newton" && reduced::serves(unknowns, fitted, most) => {
+                (distinct.len() * GRID_SOLVES) as u64
+            }
+            () => distinct.iter().map(|&groups| (optimiser.expected_evaluations)(settings, groups)).sum(),
+        };
         Self {
             bytes: rayon::current_num_threads() * worker
                 + 16 * symbolic.lower_rows().len() * distinct.len()

@@ -14,7 +14,7 @@
 //! nothing.
 //!
 //! Many groups leave flat valleys and local minima, so several starts spend a few factorisations each, and only the best
-//! of them is polished.
+//! of them is polished. On fine meshes a model of the whole network takes the place of the linear one ([`reduced`]).
 
 use crate::calibration::objective::{Objective, Problem, each};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint, best};
@@ -41,8 +41,8 @@ const LARGEST_DAMPING: f64 = 1e10;
 /// # Errors
 /// When no start has a positive definite K, or on interruption.
 pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
-    if reduced::serves(problem) {
-        return reduced::run(problem, settings);
+    if let Some(worker) = reduced::worker(problem) {
+        return reduced::run(problem, settings, worker);
     }
     let starts = settings.starts_for(problem.upper.len());
     let outcomes: Vec<Result<Outcome>> =

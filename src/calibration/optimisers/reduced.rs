@@ -27,7 +27,7 @@
 //! 730 iterations, with twelve starts. Most rounds gain what the model promises to three digits.
 
 use crate::calibration::objective::{Counts, Objective, Problem};
-use crate::calibration::objectives::displacement::Displacement;
+use crate::calibration::objectives::displacement::{Displacement, Target};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint};
 use crate::calibration::optimisers::gauss_newton;
 use crate::calibration::surrogate::galerkin::Galerkin;
@@ -61,9 +61,24 @@ const DESCENT_TOLERANCE: f64 = 1e-5;
 /// A gain this far (relative) from the promise asks for derivatives at once.
 const SURPRISE: f64 = 0.3;
 
-/// True when the problem is one for this file: its objective is the displacement, and a worker uses all threads itself.
-pub fn serves(problem: &Problem) -> bool {
-    !problem.side_by_side && problem.displacement.is_some()
+/// Free degrees of freedom from which a solve costs more than all that is done on the model.
+const FINE: usize = 10_000;
+
+/// Displacements and derivatives of one place up to which a model of them stays small.
+const SMALL_MODEL: usize = 128;
+
+/// True when so many free degrees of freedom, load cases and groups are a problem for this file.
+pub fn serves(unknowns: usize, cases: usize, groups: usize) -> bool {
+    unknowns >= FINE && cases * (1 + groups) <= SMALL_MODEL
+}
+
+/// A worker, when the problem is one for this file: the displacements of a fine mesh, or of any mesh whose workers use all
+/// threads, with not too many groups.
+pub fn worker<'a>(problem: &Problem<'a>) -> Option<Displacement<'a>> {
+    let worker = problem.displacement?();
+    let Target { operator, weights, upper, .. } = worker.target();
+    let unknowns = if problem.side_by_side { operator.unknowns() } else { usize::MAX };
+    serves(unknowns, weights.len(), upper.len()).then_some(worker)
 }
 
 /// Columns that V has at most, for so many load cases and groups.
@@ -75,12 +90,8 @@ pub fn capacity(cases: usize, groups: usize) -> usize {
 ///
 /// # Errors
 /// When no start has a positive definite K, or on interruption.
-///
-/// # Panics
-/// When the problem is not one of displacements.
-pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
-    let worker = problem.displacement.expect("the caller has asked whether this serves");
-    let mut search = Search::new(problem, settings, worker());
+pub fn run<'a>(problem: &Problem<'a>, settings: &Settings, worker: Displacement<'a>) -> Result<Outcome> {
+    let mut search = Search::new(problem, settings, worker);
     let mut failure = None;
     for start in 0..settings.starts_for(problem.upper.len()) {
         match search.descend_from(&gauss_newton::start(problem, start)) {
