@@ -57,9 +57,9 @@ pub struct Task {
 pub fn divide(fronts: &[Front], parents: &[Option<usize>], division: Division) -> Vec<Task> {
     let mut work: Vec<f64> = fronts.iter().map(Front::flops).collect();
     let mut children = vec![Vec::new(); fronts.len() + 1];
-    for s in 0..fronts.len() {
-        children[parents[s].unwrap_or(fronts.len())].push(s);
-        if let Some(parent) = parents[s] {
+    for (s, parent) in parents.iter().enumerate() {
+        children[parent.unwrap_or(fronts.len())].push(s);
+        if let Some(parent) = *parent {
             work[parent] += work[s];
         }
     }
