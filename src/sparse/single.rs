@@ -42,7 +42,7 @@ impl SingleFactor {
             factor: vec![0.0; symbolic.factor_entries()],
             columns: vec![0.0; n * COLUMNS_AT_ONCE],
             work: Workspace::new(symbolic.plan()),
-            sweep: Sweep::new(symbolic.plan(), symbolic.supernodes()),
+            sweep: Sweep::new(symbolic.plan(), symbolic.len()),
             symbolic,
         }
     }
@@ -51,7 +51,7 @@ impl SingleFactor {
     pub fn bytes(symbolic: &Symbolic) -> usize {
         4 * (symbolic.factor_entries() + symbolic.lower_rows().len() + (2 + COLUMNS_AT_ONCE) * symbolic.len())
             + Workspace::<f32>::bytes(symbolic.plan())
-            + Sweep::<f32>::bytes(symbolic.plan(), symbolic.supernodes())
+            + Sweep::<f32>::bytes(symbolic.plan(), symbolic.len())
     }
 
     /// Factors the matrix whose permuted lower triangle is `values` (in the order of [`Symbolic::lower_rows`]).

@@ -34,7 +34,7 @@ impl Factor {
             residual: vec![0.0; n],
             scale: vec![0.0; n],
             work: Workspace::new(symbolic.plan()),
-            sweep: Sweep::new(symbolic.plan(), symbolic.supernodes()),
+            sweep: Sweep::new(symbolic.plan(), symbolic.len()),
             symbolic,
         }
     }
@@ -102,7 +102,7 @@ impl Factor {
             for (to, b) in x.chunks_exact_mut(n).zip(b.chunks_exact(n)) {
                 permute(self.symbolic.order(), b, to);
             }
-            self.sweep.half_solve(self.symbolic.supernodes(), &self.factor, x);
+            self.sweep.half_solve(self.symbolic.plan(), self.symbolic.supernodes(), &self.factor, x);
         }
     }
 

@@ -121,7 +121,7 @@ impl Symbolic {
     pub fn factor_bytes(&self) -> usize {
         8 * (self.factor_entries() + self.rows.len() + (3 + COLUMNS_AT_ONCE) * self.len())
             + Workspace::<f64>::bytes(&self.plan)
-            + Sweep::<f64>::bytes(&self.plan, &self.supernodes)
+            + Sweep::<f64>::bytes(&self.plan, self.len())
     }
 }
 

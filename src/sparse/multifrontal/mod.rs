@@ -43,8 +43,8 @@ pub trait Number: RealField + Copy + Default + AddAssign + Send + Sync {}
 impl Number for f64 {}
 impl Number for f32 {}
 
-/// From this work on (multiplications and additions) a front is cut into tiles: a third of a millisecond.
-const TILED_FROM: f64 = 2e7;
+/// From this work on (multiplications and additions) a front is cut into tiles: half a millisecond.
+const TILED_FROM: f64 = 3e7;
 
 /// Workspace of one factorisation, in f64 or f32.
 pub struct Workspace<T> {

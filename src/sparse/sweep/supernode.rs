@@ -9,7 +9,7 @@
 //! ```
 //!
 //! [`PANEL`] columns are taken together, so that x is read and written once for all of them. The order of every sum
-//! is fixed.
+//! is fixed. Everything is inlined, so that it can be compiled for the registers of the machine at hand.
 
 use std::ops::{Div, Mul, Sub, SubAssign};
 
@@ -47,6 +47,7 @@ impl<'a, T: Entry> Supernode<'a, T> {
     }
 
     /// Solves for its own unknowns; `below` becomes what those further on lose, negative.
+    #[inline(always)]
     pub fn down(&self, own: &mut [T], below: &mut [T]) {
         below.fill(T::default());
         let mut j = 0;
@@ -62,6 +63,7 @@ impl<'a, T: Entry> Supernode<'a, T> {
     }
 
     /// Solves for its own unknowns with those further on in `below`.
+    #[inline(always)]
     pub fn up(&self, own: &mut [T], below: &[T]) {
         let mut j = self.width;
         while j > 0 {
@@ -75,16 +77,29 @@ impl<'a, T: Entry> Supernode<'a, T> {
         }
     }
 
+    /// Its unknowns, w.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// T above R, column by column.
+    pub fn block(&self) -> &'a [T] {
+        self.block
+    }
+
+    #[inline(always)]
     fn height(&self) -> usize {
         self.width + self.pattern.len()
     }
 
     /// Entry (i, j) of the block.
+    #[inline(always)]
     fn at(&self, i: usize, j: usize) -> T {
         self.block[j * self.height() + i]
     }
 
     /// Rows `from..to` of COUNT columns from `j` on.
+    #[inline(always)]
     fn columns<const COUNT: usize>(&self, j: usize, from: usize, to: usize) -> [&'a [T]; COUNT] {
         let height = self.height();
         std::array::from_fn(|c| &self.block[(j + c) * height + from..(j + c) * height + to])
@@ -92,6 +107,7 @@ impl<'a, T: Entry> Supernode<'a, T> {
 }
 
 /// Columns j .. j + COUNT of the way down: their unknowns, and what they take from those after them.
+#[inline(always)]
 fn down<T: Entry, const COUNT: usize>(node: &Supernode<T>, j: usize, own: &mut [T], below: &mut [T]) {
     let mut solved = [T::default(); COUNT];
     for c in 0..COUNT {
@@ -107,6 +123,7 @@ fn down<T: Entry, const COUNT: usize>(node: &Supernode<T>, j: usize, own: &mut [
 }
 
 /// Columns j .. j + COUNT of the way up.
+#[inline(always)]
 fn up<T: Entry, const COUNT: usize>(node: &Supernode<T>, j: usize, own: &mut [T], below: &[T]) {
     let mut sums = products(node.columns::<COUNT>(j, j + COUNT, node.width), &own[j + COUNT..]);
     let further = products(node.columns::<COUNT>(j, node.width, node.height()), below);
@@ -121,6 +138,7 @@ fn up<T: Entry, const COUNT: usize>(node: &Supernode<T>, j: usize, own: &mut [T]
 }
 
 /// y -= sum_c column_c factor_c.
+#[inline(always)]
 fn subtract<T: Entry, const COUNT: usize>(y: &mut [T], columns: [&[T]; COUNT], factors: &[T; COUNT]) {
     let n = y.len();
     let columns = columns.map(|column| &column[..n]);
@@ -134,6 +152,7 @@ fn subtract<T: Entry, const COUNT: usize>(y: &mut [T], columns: [&[T]; COUNT], f
 }
 
 /// The products of the columns with x.
+#[inline(always)]
 fn products<T: Entry, const COUNT: usize>(columns: [&[T]; COUNT], x: &[T]) -> [T; COUNT] {
     let whole = x.len() / LANES * LANES;
     let mut lanes = [[T::default(); LANES]; COUNT];
