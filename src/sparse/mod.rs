@@ -8,12 +8,12 @@
 //! | [`cholesky`] | analysed once ([`cholesky::Symbolic`], shared), factored and solved often ([`cholesky::Factor`], one a worker) |
 //! | [`single`] | a factor in single precision, as a preconditioner |
 //! | [`product`] | the product with the triangle that the factor reads |
-//! | sweep | down and up a factor for one right-hand side |
+//! | `sweep` | down and up a factor, branches of its tree side by side |
 //! | [`cg`] | preconditioned conjugate gradients, for a matrix that is only applied |
 //! | [`vectors`] | products and sums of long vectors, whose bits do not depend on the threads |
 //! | [`multigrid`] | a V-cycle on a grid of springs, a preconditioner whose work grows like the unknowns |
 //! | [`fast_diagonalisation`] | the inverse of a sum of Kronecker products, a preconditioner on boxes of splines |
-//! | `multifrontal` | the numbers of a factor, front by front |
+//! | `multifrontal` | the numbers of a factor, front by front, branches of its tree side by side |
 //! | [`backward_error`] | how well a solution satisfies its equations |
 
 pub mod assemble;

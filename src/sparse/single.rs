@@ -15,19 +15,10 @@
 
 use std::sync::Arc;
 
-use faer::Par;
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::sparse::SparseColMatRef;
-use faer::sparse::linalg::cholesky::supernodal;
-use faer::{Conj, MatMut};
-
 use crate::error::{Error, Result};
 use crate::sparse::cholesky::Symbolic;
-use crate::sparse::multifrontal;
-use crate::sparse::sweep;
-
-/// Right-hand sides that one sweep over L serves.
-const COLUMNS_AT_ONCE: usize = 16;
+use crate::sparse::multifrontal::{self, Workspace};
+use crate::sparse::sweep::{COLUMNS_AT_ONCE, Sweep};
 
 /// One worker's factor in f32 of a scaled matrix.
 pub struct SingleFactor {
@@ -37,8 +28,8 @@ pub struct SingleFactor {
     lower: Vec<f32>,
     factor: Vec<f32>,
     columns: Vec<f32>,
-    buffer: MemBuffer,
-    work: multifrontal::Workspace<f32>,
+    work: Workspace<f32>,
+    sweep: Sweep<f32>,
 }
 
 impl SingleFactor {
@@ -50,19 +41,17 @@ impl SingleFactor {
             lower: vec![0.0; symbolic.lower_rows().len()],
             factor: vec![0.0; symbolic.factor_entries()],
             columns: vec![0.0; n * COLUMNS_AT_ONCE],
-            buffer: MemBuffer::new(scratch(&symbolic)),
-            work: multifrontal::Workspace::new(symbolic.plan(), symbolic.supernodes()),
+            work: Workspace::new(symbolic.plan()),
+            sweep: Sweep::new(symbolic.plan(), symbolic.len()),
             symbolic,
         }
     }
 
     /// Bytes of one factor on this pattern.
     pub fn bytes(symbolic: &Symbolic) -> usize {
-        4 * (symbolic.factor_entries()
-            + symbolic.plan().update_entries()
-            + symbolic.lower_rows().len()
-            + (2 + COLUMNS_AT_ONCE) * symbolic.len())
-            + scratch(symbolic).unaligned_bytes_required()
+        4 * (symbolic.factor_entries() + symbolic.lower_rows().len() + (2 + COLUMNS_AT_ONCE) * symbolic.len())
+            + Workspace::<f32>::bytes(symbolic.plan())
+            + Sweep::<f32>::bytes(symbolic.plan(), symbolic.len())
     }
 
     /// Factors the matrix whose permuted lower triangle is `values` (in the order of [`Symbolic::lower_rows`]).
@@ -77,9 +66,7 @@ impl SingleFactor {
         assert_eq!(values.len(), self.lower.len(), "the values of the analysed triangle");
         self.scale(values)?;
         let s = &*self.symbolic;
-        let lower = SparseColMatRef::new(s.lower(), &self.lower);
-        let stack = MemStack::new(&mut self.buffer);
-        multifrontal::factorise(s.plan(), s.supernodes(), lower, &mut self.factor, &mut self.work, stack)
+        multifrontal::factorise(s.plan(), &self.lower, s.lower_starts(), &mut self.factor, &mut self.work)
             .map_err(|column| Error::NotPositiveDefinite { dof: s.order()[column] as usize })
     }
 
@@ -120,7 +107,8 @@ impl SingleFactor {
                     *to = (r * d / *size) as f32;
                 }
             }
-            self.sweep(r.len());
+            let (plan, supernodes) = (self.symbolic.plan(), self.symbolic.supernodes());
+            self.sweep.solve(plan, supernodes, &self.factor, &mut self.columns[..r.len()]);
             for ((z, from), size) in z.chunks_exact_mut(n).zip(self.columns.chunks_exact(n)).zip(sizes) {
                 for ((z, from), d) in z.iter_mut().zip(from).zip(&self.scaling) {
                     *z = f64::from(*from) * d * size;
@@ -128,28 +116,6 @@ impl SingleFactor {
             }
         }
     }
-
-    /// L L^T X = B in place on the first `length` numbers of `columns`.
-    fn sweep(&mut self, length: usize) {
-        let supernodes = self.symbolic.supernodes();
-        let n = self.symbolic.len();
-        if length == n {
-            let (column, below) = self.columns.split_at_mut(n);
-            return sweep::solve(supernodes, &self.factor, column, below);
-        }
-        supernodal::SupernodalLltRef::new(supernodes, &self.factor).solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(&mut self.columns[..length], n, length / n),
-            Par::Seq,
-            MemStack::new(&mut self.buffer),
-        );
-    }
-}
-
-/// Workspace of a factorisation and of a solve with [`COLUMNS_AT_ONCE`] columns.
-fn scratch(symbolic: &Symbolic) -> StackReq {
-    let factor = symbolic.plan().scratch::<f32>();
-    factor.or(symbolic.supernodes().solve_in_place_scratch::<f32>(COLUMNS_AT_ONCE, Par::Seq))
 }
 
 /// The largest |r_i d_i|, or 1 when all are zero.

@@ -51,6 +51,29 @@ pub struct Lattice {
 /// # Errors
 /// [`Error::Mechanism`] with a loose node; [`Error::Input`] for an unknown topology.
 pub fn build(scene: &Scene, body: &Body) -> Result<Lattice> {
+    let lattice = connect(scene, body)?;
+    let fine = body.dofs.len() >= MULTIGRID_FROM && body.dofs.dimension() == 3;
+    match (scene.solver.path, fine) {
+        (Path::Multigrid, _) => match lattice.try_grid(body) {
+            Ok(reason) => Ok(lattice.on_grid(reason)),
+            Err(reason) => {
+                let message = format!("multigrid does not fit: {reason}");
+                Err(Error::input("solver.path", message, "use auto, direct, single or stale"))
+            }
+        },
+        (Path::Auto, true) => match lattice.try_grid(body) {
+            Ok(reason) => Ok(lattice.on_grid(reason)),
+            Err(reason) => lattice.analysed(scene, body, Some(&reason)),
+        },
+        _ => lattice.analysed(scene, body, None),
+    }
+}
+
+/// The springs of a scene, not checked and without a path of solution.
+///
+/// # Errors
+/// [`Error::Input`] for an unknown topology.
+pub fn connect(scene: &Scene, body: &Body) -> Result<Lattice> {
     let name = &scene.springs.topology;
     let topology = topology::find(name).ok_or_else(|| {
         Error::input("springs.topology", format!("there is no topology {name}"), "see `springfit list topologies`")
@@ -72,22 +95,7 @@ pub fn build(scene: &Scene, body: &Body) -> Result<Lattice> {
         ));
     }
     let choice = Choice { path: Path::Multigrid, reason: String::new() };
-    let lattice = Lattice { network, symbolic: None, choice, coefficients, spring_bounds, warnings };
-    let fine = body.dofs.len() >= MULTIGRID_FROM && body.dofs.dimension() == 3;
-    match (scene.solver.path, fine) {
-        (Path::Multigrid, _) => match lattice.try_grid(body) {
-            Ok(reason) => Ok(lattice.on_grid(reason)),
-            Err(reason) => {
-                let message = format!("multigrid does not fit: {reason}");
-                Err(Error::input("solver.path", message, "use auto, direct, single or stale"))
-            }
-        },
-        (Path::Auto, true) => match lattice.try_grid(body) {
-            Ok(reason) => Ok(lattice.on_grid(reason)),
-            Err(reason) => lattice.analysed(scene, body, Some(&reason)),
-        },
-        _ => lattice.analysed(scene, body, None),
-    }
+    Ok(Lattice { network, symbolic: None, choice, coefficients, spring_bounds, warnings })
 }
 
 /// The springs of a topology: on the control grid of a patch, along the cells of a mesh.

@@ -16,25 +16,26 @@ use super::cube::Cube;
 /// Writes the files of one cube into a folder.
 ///
 /// # Errors
-/// [`crate::error::Error::File`] with the file that cannot be written.
+/// [`crate::error::Error::File`] with the file that cannot be written, or where the pattern is too large.
 pub fn save(cube: &Cube, folder: &Path) -> Result<()> {
     let name = format!("cube_{}", cube.size);
-    write::whole(&folder.join(format!("{name}.mtx")), lower_triangle(cube).as_bytes())?;
+    let (_, symbolic) = cube.assembled()?;
+    write::whole(&folder.join(format!("{name}.mtx")), lower_triangle(cube)?.as_bytes())?;
     let n = cube.forces.len();
     let mut text = format!("%%MatrixMarket matrix array real general\n{n} 1\n");
     for force in &cube.forces {
         let _ = writeln!(text, "{force:e}");
     }
     write::whole(&folder.join(format!("{name}_rhs.mtx")), text.as_bytes())?;
-    let order: String = cube.symbolic().order().iter().map(|unknown| format!("{unknown}\n")).collect();
+    let order: String = symbolic.order().iter().map(|unknown| format!("{unknown}\n")).collect();
     write::whole(&folder.join(format!("{name}_order.txt")), order.as_bytes())
 }
 
 /// K(phi) as text.
-fn lower_triangle(cube: &Cube) -> String {
-    let symbolic = cube.symbolic();
+fn lower_triangle(cube: &Cube) -> Result<String> {
+    let (stiffness, symbolic) = cube.assembled()?;
     let mut factor = Factor::new(symbolic.clone());
-    cube.stiffness().assemble_into(&cube.phi, factor.values_mut());
+    stiffness.assemble_into(&cube.phi, factor.values_mut());
     let (n, entries) = (symbolic.len(), symbolic.lower_rows().len());
     let mut text = format!("%%MatrixMarket matrix coordinate real symmetric\n{n} {n} {entries}\n");
     let values = factor.values_mut();
@@ -45,5 +46,5 @@ fn lower_triangle(cube: &Cube) -> String {
             let _ = writeln!(text, "{} {} {value:e}", row.max(column) + 1, row.min(column) + 1);
         }
     }
-    text
+    Ok(text)
 }

@@ -72,7 +72,8 @@ fn stepped(cube: &Cube, round: usize) -> Vec<f64> {
 fn direct(cube: &Cube, rounds: Rounds) -> Result<Option<Row>> {
     let mut stages = Stages::default();
     let pattern = affine::pattern(&cube.lattice.network, &cube.body.dofs);
-    let mut factor = Factor::new(Arc::clone(cube.symbolic()));
+    let (stiffness, symbolic) = cube.assembled()?;
+    let mut factor = Factor::new(Arc::clone(symbolic));
     let mut u = vec![0.0; cube.forces.len()];
     let (mut residual, mut backward_error) = (0.0_f64, 0.0_f64);
     for round in 0..=rounds.repeat {
@@ -81,13 +82,12 @@ fn direct(cube: &Cube, rounds: Rounds) -> Result<Option<Row>> {
             let order = nested_dissection([cube.size; 3], 1, [false; 3]);
             Symbolic::analyse(&pattern, cube.body.dofs.order(&order))
         })?;
-        stages.update.time(round, || cube.stiffness().assemble_into(black_box(&cube.phi), factor.values_mut()));
+        stages.update.time(round, || stiffness.assemble_into(black_box(&cube.phi), factor.values_mut()));
         stages.refactor.time(round, || factor.refactor())?;
         backward_error = backward_error.max(stages.solve.time(round, || factor.solve(&cube.forces, &mut u))?);
         residual = residual.max(cube.residual(&cube.phi, &u));
         rounds.progress.advance(1);
     }
-    let symbolic = cube.symbolic();
     let row = stages.row("direct", cube);
     Ok(Some(Row {
         residual,
@@ -102,8 +102,8 @@ fn direct(cube: &Cube, rounds: Rounds) -> Result<Option<Row>> {
 /// The paths of the solver of the springs that iterate.
 fn springs(name: &'static str, path: Path, cube: &Cube, rounds: Rounds) -> Result<Option<Row>> {
     let mut stages = Stages::default();
-    let symbolic = cube.symbolic();
-    let mut solver = SpringSolver::new(&cube.operator, &Settings { path, tolerance: TOLERANCE });
+    let (_, symbolic) = cube.assembled()?;
+    let mut solver = SpringSolver::new(cube.operator()?, &Settings { path, tolerance: TOLERANCE });
     let mut u = vec![0.0; cube.forces.len()];
     let (mut residual, mut iterations) = (0.0_f64, 0);
     for round in 0..=rounds.repeat {
