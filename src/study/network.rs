@@ -78,7 +78,7 @@ pub fn connect(scene: &Scene, body: &Body) -> Result<Lattice> {
     let topology = topology::find(name).ok_or_else(|| {
         Error::input("springs.topology", format!("there is no topology {name}"), "see `springfit list topologies`")
     })?;
-    let network = connect(topology, body);
+    let network = network_of(topology, body);
     let coefficients = weighting::coefficients(&network, scene.springs.weighting, scene.springs.law);
     let measures = match &body.continuum {
         Continuum::Splines { patch, .. } => {
@@ -99,7 +99,7 @@ pub fn connect(scene: &Scene, body: &Body) -> Result<Lattice> {
 }
 
 /// The springs of a topology: on the control grid of a patch, along the cells of a mesh.
-fn connect(topology: &Topology, body: &Body) -> Network {
+fn network_of(topology: &Topology, body: &Body) -> Network {
     match &body.continuum {
         Continuum::Splines { patch, .. } => (topology.connect)(&patch.grid(), patch.points(), &body.dofs),
         Continuum::Elements { mesh, grid, .. } => (topology.connect_mesh)(mesh, grid.as_ref(), &body.dofs),

@@ -13,7 +13,6 @@ use crate::error::Result;
 use crate::geometry::dofs::FIXED;
 use crate::scene::{self, Scene, Source};
 use crate::sparse::cholesky::Symbolic;
-use crate::sparse::ordering::nested_dissection;
 use crate::springs::affine::{self, AffineStiffness};
 use crate::springs::bounds;
 use crate::springs::grouping::{self, Grouping};
@@ -73,8 +72,8 @@ impl Cube {
     pub fn operator(&self) -> Result<&SpringOperator<'static>> {
         if self.operator.get().is_none() {
             let Lattice { network, coefficients, .. } = &self.lattice;
-            let order = self.body.dofs.order(&nested_dissection(self.body.grid().extents(), 1, self.body.closed()));
-            let symbolic = Symbolic::analyse(&affine::pattern(network, &self.body.dofs), order)?;
+            let pattern = affine::pattern(network, &self.body.dofs);
+            let symbolic = Symbolic::analyse(&pattern, self.body.spring_order(&pattern)?)?;
             let stiffness = AffineStiffness::new(network, &self.grouping, coefficients, &self.body.dofs, &symbolic);
             // nobody else can have set it: the cell is not shared between threads
             let _ = self.operator.set(SpringOperator::Assembled { stiffness, symbolic });
