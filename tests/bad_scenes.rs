@@ -48,6 +48,11 @@ const WRONG_INPUT: &[Expectation] = &[
         4,
         ["geometry.control_points[1]: 1 is out of range", "give a whole number from 2 to 100000000"],
     ),
+    (
+        "degree_of_elements",
+        4,
+        ["geometry.degree: [2, 2] has no meaning for the method \"q4\"", "remove geometry.degree, or use"],
+    ),
     ("degree_low", 4, ["geometry.degree: degree [1, 1] is too low for this body", "at least [2, 2]"]),
     ("degree_zero", 4, ["geometry.degree[0]: 0 is out of range", "give a whole number from 1 to 9"]),
     ("duplicate_key", 6, ["line 6: the key is given twice", "keep one of them"]),
@@ -86,7 +91,7 @@ const WRONG_INPUT: &[Expectation] = &[
     ("later_budget", 11, ["budget: unknown key", "known keys here are name, geometry"]),
     ("later_grouping", 12, ["springs.grouping: unknown name \"adaptive\"", "known names are length"]),
     ("later_key", 10, ["load[0].torsion: unknown key", "known keys here are name, fit"]),
-    ("later_method", 12, ["reference.method: unknown name \"q4\"", "known names are iga"]),
+    ("later_method", 12, ["reference.method: unknown name \"meshfree\"", "known names are iga, t3, t4, q4, b8"]),
     (
         "load_all_held_out",
         10,
@@ -119,6 +124,27 @@ const WRONG_INPUT: &[Expectation] = &[
         ["load[0]: no kind of load is given", "add one of force_per_node, traction, body_force, point"],
     ),
     ("load_zero", 10, ["load[0].force_per_node: [0.0, 0.0] is no load", "at least one component that is not zero"]),
+    ("mesh_direction", 12, ["springs.grouping: \"direction\" needs nodes on a grid", "use length, kind"]),
+    ("mesh_face", 8, ["support.faces: a mesh from a file has no face \"y-\"", "name a set of nodes of the file"]),
+    ("mesh_missing", 3, ["nothing_here.msh: No such file", "give a mesh file that can be read"]),
+    ("mesh_multigrid", 12, ["multigrid does not fit: the nodes do not lie on a grid", "use auto, direct"]),
+    (
+        "mesh_set",
+        8,
+        ["support.sets[0]: there is no set \"floor\"", "the sets of the file are bottom, right, top, left"],
+    ),
+    (
+        "method_of_meshes",
+        12,
+        ["reference.method: \"q4\" works on meshes, and the file is none", "files of meshes end in .msh, .vtk"],
+    ),
+    (
+        "method_of_other_cells",
+        12,
+        ["\"t3\" cannot take cell 0 of the mesh, a quadrilateral", "methods for this mesh are q4, q4_bbar"],
+    ),
+    ("method_of_patches", 12, ["\"iga\" works on patches, and the file holds a mesh", "leave it out, or use \"q4\""]),
+    ("method_of_the_plane", 12, ["\"q4\" is not for bodies in 3D", "methods in 3D are iga, t4, b8, b8_bbar"]),
     ("missing_key", 4, ["material.poisson: is missing", "add material.poisson"]),
     ("missing_material", 1, ["material: is missing", "add material"]),
     ("negative_count", 4, ["geometry.control_points[1]: -6 cannot be used here", "expected a whole number from 0"]),
@@ -265,7 +291,7 @@ const WRONG_INPUT: &[Expectation] = &[
     (
         "snapshot_groups",
         14,
-        ["calibration.objective: the equations do not determine", "use fewer groups, or more and different snapshots"],
+        ["calibration.objective: the equations do not determine", "use fewer groups, more and different snapshots"],
     ),
     ("overflow", 5, ["line 5: the number is too large", "floating-point numbers end near 1.8e308"]),
     ("patch_folder", 3, ["patches: not a regular file", "give a patch file"]),
@@ -364,12 +390,9 @@ const WRONG_INPUT: &[Expectation] = &[
     (
         "support_empty_box",
         7,
-        [
-            "support: holds no control point",
-            "name a face (x-, x+, y-, ...), a control point, or a box that contains some",
-        ],
+        ["support: holds no node", "name a face (x-, x+, y-, ...), a node, a set, or a box that contains some"],
     ),
-    ("support_everything", 7, ["support: holds every control point", "leave at least one free"]),
+    ("support_everything", 7, ["support: holds every node", "leave at least one free"]),
     ("support_face", 8, ["support.faces[0]: unknown name \"bottom\"", "known names are x-, x+, y-, y+, z-, z+"]),
     ("support_face_2d", 8, ["support.faces[0]: unknown name \"z-\"", "known names are x-, x+, y-, y+"]),
     ("support_node", 8, ["support.nodes[1]: there is no control point 36", "the body has 36, numbered from 0 to 35"]),
@@ -383,6 +406,14 @@ const WRONG_INPUT: &[Expectation] = &[
     ),
     ("thickness_zero", 12, ["reference.thickness: 0 is not positive", "give a number above 0"]),
     ("tolerance", 12, ["calibration.gauss_newton.tolerance: 0 is not positive", "give a number above 0"]),
+    (
+        "traction_box_inside",
+        9,
+        ["load[0]: 4 nodes are chosen, and no side of the boundary lies between them", "choose all corners"],
+    ),
+    ("traction_box_on_patch", 9, ["load[0]: no face is given", "a patch takes a traction on a face"]),
+    ("traction_two_places", 10, ["load[0].traction: several places are given", "keep one of face, set, box"]),
+    ("traction_without_place", 10, ["load[0].traction: no place is given", "add one of face, set, box"]),
     ("unknown_key", 4, ["geometry.control_point: unknown key", "did you mean \"control_points\"?"]),
     ("unknown_shape", 3, ["geometry.shape: unknown name \"cibe\"", "did you mean \"cube\"?"]),
     ("unknown_table", 11, ["spring: unknown key", "did you mean \"springs\"?"]),
@@ -399,6 +430,7 @@ const WRONG_INPUT: &[Expectation] = &[
 /// The numbers do not allow it: exit status 3.
 const WRONG_NUMBERS: &[Expectation] = &[
     ("loose_fit", 0, ["the network that the objective acceleration gives is a mechanism: node", "along"]),
+    ("cell_folded", 2, ["element [0] is folded", "or the nodes of the mesh"]),
     ("mechanism", 12, ["the spring network is a mechanism: node 13 can move along x", "use a topology with diagonals"]),
     ("patch_folded", 2, ["element [2, 1] is folded", "move the control points"]),
     (

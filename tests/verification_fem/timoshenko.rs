@@ -12,7 +12,7 @@ use springfit::reference::material::Plane;
 use springfit::reference::stiffness::internal_forces;
 
 use crate::problem::{lame, mapped, points, solve, supports, traction};
-use crate::table::{assert_close, expected, rows};
+use crate::table::{assert_close, expected, rates, rows};
 
 const LENGTH: f64 = 48.0;
 const DEPTH: f64 = 12.0;
@@ -35,6 +35,7 @@ fn exact([x, y, _]: [f64; 3]) -> [f64; 3] {
 #[test]
 fn e4_timoshenko_cantilever_q4() {
     let law = lame(YOUNG, POISSON, 2, Plane::Stress);
+    let mut errors = Vec::new();
     for row in rows(&expected("E4")["runs nx,ny,dof,relL2,relEnergy,tip"]["p=1"]) {
         let cells = [row[0] as usize, row[1] as usize];
         let place = |[x, y, _]: [f64; 3]| [LENGTH * x, DEPTH * (y - 0.5), 0.0];
@@ -51,7 +52,10 @@ fn e4_timoshenko_cantilever_q4() {
         let end: Vec<usize> = (0..u.len()).filter(|&node| mesh.positions()[node][0] == LENGTH).collect();
         let tip = 0.5 * (u[end[cells[1] / 2]][1] + u[end[cells[1].div_ceil(2)]][1]);
         assert_close(&format!("{cells:?} tip"), tip, row[5], 1e-11);
+        errors.push((tip - exact([LENGTH, 0.0, 0.0])[1]).abs());
         let total = internal_forces(&elements, law, &u).expect("forces").iter().fold(0.0, |sum, f| sum + f[1]);
         assert!(total.abs() < 1e-9 * LOAD, "the root carries the load: {total} is left");
     }
+    let rates = rates(&errors);
+    assert!(rates[rates.len() - 1] > 1.9, "the tip converges with the square of the cell: {rates:?}");
 }
