@@ -344,7 +344,7 @@ const WRONG_INPUT: &[Expectation] = &[
     (
         "snapshot_groups",
         14,
-        ["calibration.objective: the equations do not determine", "use fewer groups, or more and different snapshots"],
+        ["calibration.objective: the equations do not determine", "use fewer groups, more and different snapshots"],
     ),
     ("overflow", 5, ["line 5: the number is too large", "floating-point numbers end near 1.8e308"]),
     ("patch_folder", 3, ["patches: not a regular file", "give a patch file"]),

@@ -31,19 +31,35 @@ struct Body {
     coefficients: Vec<f64>,
 }
 
+fn assembled(points: &IntegrationPoints, poisson: f64, dofs: &DofMap) -> CsrMatrix<f64> {
+    let lame = Material { young: YOUNG, poisson }.lame(points.dimension(), Plane::Stress).expect("a material");
+    stiffness::stiffness(points, lame, dofs, &stiffness::pattern(points, dofs)).expect("assembles")
+}
+
+fn by_kind(dofs: DofMap, stiffness: CsrMatrix<f64>, network: Network, weighting: Weighting) -> Body {
+    let kinds = (grouping::find("kind").expect("in the table").group)(&network, 0.5).expect("kinds need no gamma");
+    let coefficients = coefficients(&network, weighting, Law::Stiffness);
+    Body { dofs, stiffness, network, kinds, coefficients }
+}
+
 fn body(patch: &Patch, held: impl Fn([usize; 3]) -> bool, weighting: Weighting) -> Body {
     let grid = patch.grid();
     let fixed: Vec<[bool; 3]> = (0..grid.len()).map(|node| [held(grid.index(node)); 3]).collect();
     let dofs = DofMap::untied(patch.dimension(), &fixed);
-    let lame =
-        Material { young: YOUNG, poisson: 1.0 / 3.0 }.lame(patch.dimension(), Plane::Stress).expect("a material");
-    let points = nurbs::integration_points(patch, 0, THICKNESS);
-    let coupled = stiffness::pattern(&points, &dofs);
-    let stiffness = stiffness::stiffness(&points, lame, &dofs, &coupled).expect("assembles");
+    let stiffness = assembled(&nurbs::integration_points(patch, 0, THICKNESS), 1.0 / 3.0, &dofs);
     let network = (topology::find("grid").expect("in the table").connect)(&grid, patch.points(), &dofs);
-    let kinds = (grouping::find("kind").expect("in the table").group)(&network, 0.5).expect("kinds need no gamma");
-    let coefficients = coefficients(&network, weighting, Law::Stiffness);
-    Body { dofs, stiffness, network, kinds, coefficients }
+    by_kind(dofs, stiffness, network, weighting)
+}
+
+/// One free cell of a finite element method.
+fn element(method: &str, mesh: &Mesh, thickness: f64, poisson: f64) -> Body {
+    let dofs = DofMap::untied(mesh.dimension(), &vec![[false; 3]; mesh.positions().len()]);
+    let MethodBody::Mesh { points, .. } = methods::find(method).expect("in the table").body else {
+        panic!("{method} works on meshes");
+    };
+    let stiffness = assembled(&points(mesh, thickness).expect("a cell"), poisson, &dofs);
+    let network = (topology::find("grid").expect("in the table").connect_mesh)(mesh, None, &dofs);
+    by_kind(dofs, stiffness, network, Weighting::Springs)
 }
 
 fn shape(name: &str, control_points: &[usize], degree: usize) -> Patch {
@@ -182,7 +198,7 @@ fn thesis_3_13_formulas_of_lloyd_are_the_fits_of_one_regular_cell() {
     let (height, s) = (side * 0.75_f64.sqrt(), side / 8.0_f64.sqrt());
     let triangle = one(CellKind::Triangle, &[[0.0; 3], [side, 0.0, 0.0], [side / 2.0, height, 0.0]]);
     let square = one(CellKind::Quadrilateral, &[[0.0; 3], [side, 0.0, 0.0], [side, side, 0.0], [0.0, side, 0.0]]);
-    let tetrahedron = one(CellKind::Tetrahedron, &[[s, s, s], [s, -s, -s], [-s, s, -s], [-s, -s, s]]);
+    let tetrahedron = one(CellKind::Tetrahedron, &[[s, s, s], [-s, s, -s], [s, -s, -s], [-s, -s, s]]);
     let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
 
     for reading in [Reading::Full, Reading::OffDiagonal] {

@@ -23,6 +23,9 @@
 //!
 //! The continuum is linear and knows no rotation, the full force does: large states compare a body with one that bends
 //! differently. Springs that a state neither stretches nor shortens have no part in it, and their group no answer.
+//! Nor do uniform states tell many groups apart: a homogeneous network (weighting "cells") of central springs has two moduli
+//! on a square or cubic grid, c11 and c12 = c44, so the third kind of a cube needs a state that is not uniform, or weighting
+//! "springs", which makes the border another network than the inside.
 
 use crate::calibration::linear::{Reduced, Rows};
 use crate::error::{Error, Result};

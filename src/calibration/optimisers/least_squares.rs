@@ -70,7 +70,8 @@ fn undetermined(dependent: &[usize], groups: usize) -> Error {
         dependent.len(),
         some.join(", ")
     );
-    Error::input("calibration.objective", message, "use fewer groups, or more and different snapshots")
+    let help = "use fewer groups, more and different snapshots, or states that are not uniform: { loads = [0.01] }";
+    Error::input("calibration.objective", message, help)
 }
 
 /// The minimiser in the box 0 <= phi <= upper, for columns that do not depend on each other.

@@ -169,12 +169,16 @@ fn row_of(
     progress: &Progress,
 ) -> Result<Row> {
     let found = calibrate(spline.shape, spline.scene(weighting, objective), progress)?;
-    let elsewhere = found.outside.map(|outside| {
-        format!(
-            "{outside:.0} % of K_ref (Frobenius) couples control points that no spring joins: no fit of the matrices can \
-             see it"
-        )
-    });
+    let note = match found.outside {
+        Some(outside) => format!(
+            "{outside:.0} % of K_ref (Frobenius) couples control points that no spring joins, and no fit of the matrices sees \
+             it: as in theirs the approach fails under splines; by how much depends on the support, and theirs is lost"
+        ),
+        None if found.errors[0] > 1.1 * theirs[0] => {
+            "theirs is below the best fit under our supports: theirs are lost, so the problem is another".to_owned()
+        }
+        None => String::new(),
+    };
     Ok(Row {
         table,
         body: spline.shape.into(),
@@ -183,7 +187,7 @@ fn row_of(
         their_stiffness: vec![],
         ours: Some(found.errors),
         stiffness: found.stiffness,
-        note: elsewhere.unwrap_or_default(),
+        note,
     })
 }
 
