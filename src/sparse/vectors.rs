@@ -1,7 +1,7 @@
 //! Products and sums of long vectors, on all threads, with one result.
 //!
-//! A vector is cut in pieces of [`PIECE`] numbers, whatever the number of threads. Every piece has its own sum, kept in
-//! [`LANES`] partial sums that registers hold side by side, and the sums of the pieces are added in their order: the
+//! A vector is cut in pieces of 32,768 numbers, whatever the number of threads. Every piece has its own sum, kept in
+//! 16 partial sums that registers hold side by side, and the sums of the pieces are added in their order: the
 //! bits depend on the numbers alone.
 
 use rayon::prelude::*;
