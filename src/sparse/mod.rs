@@ -10,6 +10,7 @@
 //! | [`product`] | the product with the triangle that the factor reads |
 //! | sweep | down and up a factor for one right-hand side |
 //! | [`cg`] | preconditioned conjugate gradients, for a matrix that is only applied |
+//! | [`block_jacobi`] | the inverses of the diagonal blocks, a preconditioner for time steps |
 //! | [`multigrid`] | a V-cycle on a grid of springs, a preconditioner whose work grows like the unknowns |
 //! | [`fast_diagonalisation`] | the inverse of a sum of Kronecker products, a preconditioner on boxes of splines |
 //! | `multifrontal` | the numbers of a factor, front by front |
@@ -17,6 +18,7 @@
 
 pub mod assemble;
 pub mod backward_error;
+pub mod block_jacobi;
 pub mod cg;
 pub mod cholesky;
 pub mod fast_diagonalisation;
