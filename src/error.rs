@@ -32,12 +32,12 @@ pub enum Error {
         /// What to do.
         help: String,
     },
-    /// The Jacobian of the geometry map is zero or changes sign.
+    /// The Jacobian of the geometry map, or of a cell, is zero or changes sign.
     #[error(
-        "element {element:?} is folded: at Gauss point {point:?} the Jacobian determinant is {determinant:.3e}, elsewhere it has the other sign"
+        "element {element:?} is folded: at Gauss point {point:?} the Jacobian determinant is {determinant:.3e}: zero, or of another sign than elsewhere"
     )]
     FoldedElement {
-        /// Index of the knot span in each direction.
+        /// Index of the knot span in each direction, or the number of the cell.
         element: Vec<usize>,
         /// Parametric coordinates of the point.
         point: Vec<f64>,
@@ -136,7 +136,9 @@ impl Error {
     pub fn help(&self) -> Option<String> {
         match self {
             Self::Input { help, .. } | Self::File { help, .. } => Some(help.clone()),
-            Self::FoldedElement { .. } => Some("move the control points so that the map does not fold".into()),
+            Self::FoldedElement { .. } => {
+                Some("move the control points, or the nodes of the mesh, so that no element folds".into())
+            }
             Self::NotPositiveDefinite { .. } | Self::Mechanism { .. } => {
                 Some("support more nodes, or use a topology with diagonals".into())
             }

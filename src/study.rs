@@ -22,6 +22,7 @@ use std::path::{Path, PathBuf};
 
 use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
+use crate::export::motion::Recorded;
 use crate::export::{self, Calibrated, EXPORTERS};
 use crate::reference::Reference;
 use crate::scene::Scene;
@@ -66,6 +67,9 @@ impl Study {
         let cases: Vec<export::Case> = (0..self.loads.len())
             .map(|c| export::Case { name: &self.loads[c].name, reference: &reference[c], springs: &springs[c] })
             .collect();
+        let moved = self.dynamics.iter().flat_map(|data| &data.motions);
+        let motions: Vec<Recorded> =
+            moved.map(|moved| Recorded { alpha: moved.alpha, motion: &moved.motion }).collect();
         let calibrated = Calibrated {
             name: &self.scene.name,
             body: self.body.continuum.exported(),
@@ -76,6 +80,7 @@ impl Study {
             masses: self.dynamics.as_ref().map(|data| data.masses.as_slice()),
             damping: self.dynamics.as_ref().and_then(|data| data.damping.as_deref()),
             cases: &cases,
+            motions: &motions,
         };
         let written = EXPORTERS.iter().map(|exporter| (exporter.write)(&calibrated, folder));
         Ok(written.collect::<Result<Vec<_>>>()?.concat())

@@ -98,6 +98,7 @@ impl Model {
             masses: dynamics.map(|(masses, _)| masses),
             damping: dynamics.map(|(_, damping)| damping),
             cases: &cases,
+            motions: &[],
         };
         let files = (export::find(exporter).expect("in the table").write)(&results, folder).expect("writable");
         assert!(files.iter().all(|file| file.is_file()));

@@ -14,7 +14,8 @@ use springfit::report::bench::cube::{Cube, SIZES};
 use springfit::report::bench::machine::Machine;
 use springfit::report::bench::methods::{self, METHODS, Method};
 use springfit::report::bench::solve::Rounds;
-use springfit::report::bench::{calibrate, matrix_market, solve, tables};
+use springfit::report::bench::step::{Rig, Workers};
+use springfit::report::bench::{bandwidth, calibrate, matrix_market, solve, step, step_files, tables};
 use springfit::scene;
 
 use super::progress::{Watcher, stop_on_interrupt};
@@ -28,6 +29,8 @@ pub enum Bench {
     Solve(SolveArguments),
     /// Error against time of every way to calibrate a scene
     Calibrate(CalibrateArguments),
+    /// A network in motion: springs a second, share of the bandwidth, error of the step
+    Step(StepArguments),
 }
 
 #[derive(Debug, Args)]
@@ -57,6 +60,24 @@ pub struct CalibrateArguments {
 }
 
 #[derive(Debug, Args)]
+pub struct StepArguments {
+    /// Control points along an edge of each cube
+    #[arg(long, value_delimiter = ',', default_value = "17,33", value_name = "N,...")]
+    sizes: Vec<usize>,
+    /// Damping (4.18) with this alpha in s; none when absent
+    #[arg(long, value_name = "ALPHA")]
+    alpha: Option<f64>,
+    /// Measured rounds after a warm-up
+    #[arg(long, default_value_t = 15, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    repeat: u32,
+    /// Also write the networks as files for other programs into this folder
+    #[arg(long, value_name = "DIR")]
+    write: Option<PathBuf>,
+    #[command(flatten)]
+    output: OutputArguments,
+}
+
+#[derive(Debug, Args)]
 struct OutputArguments {
     /// Threads; all of the machine when absent
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -77,6 +98,7 @@ pub fn run(what: &Bench) -> Result<()> {
     match what {
         Bench::Solve(arguments) => Ok(run_solve(arguments)?),
         Bench::Calibrate(arguments) => run_calibrate(arguments),
+        Bench::Step(arguments) => Ok(run_step(arguments)?),
     }
 }
 
@@ -145,6 +167,57 @@ fn run_calibrate(arguments: &CalibrateArguments) -> Result<()> {
         table: format!("{}\n\n{}", tables::machine(&machine), tables::calibrate(&rows)),
     };
     Ok(figures.put_out(&arguments.output)?)
+}
+
+fn run_step(arguments: &StepArguments) -> Plain<()> {
+    check_sizes(&arguments.sizes)?;
+    if let Some(alpha) = arguments.alpha.filter(|alpha| !(alpha.is_finite() && *alpha > 0.0)) {
+        return Err(Error::input("--alpha", format!("{alpha} is out of range"), "a number of seconds above 0"));
+    }
+    let (progress, watcher) = watched(arguments.output.threads)?;
+    progress.enter("dense product", 0);
+    let machine = Machine::measure();
+    let mut counts = vec![1, machine.threads];
+    counts.dedup();
+    progress.enter("rate of memory", 0);
+    let workers =
+        counts.into_iter().map(|threads| Workers::start(threads, bandwidth::LARGE)).collect::<Plain<Vec<_>>>()?;
+    let mut rows = Vec::new();
+    for &size in &arguments.sizes {
+        progress.enter(&format!("{size}^3 springs"), 0);
+        let rig = Rig::new(size, arguments.alpha)?;
+        if let Some(folder) = &arguments.write {
+            step_files::save(&rig, folder)?;
+        }
+        for workers in &workers {
+            rows.push(step::measure(&rig, workers, arguments.repeat as usize, &progress)?);
+        }
+    }
+    drop(watcher);
+    let figures = Figures {
+        name: "bench-step",
+        document: json!({ "schema": "springfit-bench-step/1", "version": env!("CARGO_PKG_VERSION"), "machine": machine,
+            "alpha": arguments.alpha, "repeat": arguments.repeat, "rows": rows }),
+        chart: step_chart(&rows),
+        table: format!("{}\n\n{}", tables::machine(&machine), tables::step(&rows)),
+    };
+    figures.put_out(&arguments.output)
+}
+
+/// Error against the time that a simulated second takes, with the largest safe step, half and a quarter of it.
+fn step_chart(rows: &[step::Row]) -> String {
+    let points = |row: &step::Row| {
+        let second = step::spent(&row.whole_step, row.threads) / row.step;
+        row.errors.iter().zip([1.0, 2.0, 4.0]).map(|(&error, times)| (times * second, error, String::new())).collect()
+    };
+    let name = |row: &step::Row| format!("{}^3, {} threads", row.size, row.threads);
+    let series: Vec<_> = rows.iter().map(|row| Series { name: name(row), points: points(row) }).collect();
+    let labels = Labels {
+        title: "leapfrog: the largest safe step, half and a quarter of it",
+        time: "seconds spent on a second of motion",
+        error: "distance from a run with a tenth of the step, over the distance moved",
+    };
+    chart::svg(&labels, &series)
 }
 
 /// Threads, progress and its bar.

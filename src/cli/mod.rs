@@ -61,8 +61,12 @@ enum Command {
     },
     /// Print tables of the thesis, theirs beside ours
     Reproduce {
-        /// Numbers of the tables, such as 5.2; all when none is given. "smoothed" compares smoothed finite elements
+        /// Numbers of the tables and experiments, such as 5.2 or 5.V, all when none is given; "smoothed" compares smoothed
+        /// finite elements
         id: Vec<String>,
+        /// Folder for the plots of experiments in motion
+        #[arg(long)]
+        out: Option<std::path::PathBuf>,
         /// Print JSON
         #[arg(long)]
         json: bool,
@@ -113,7 +117,7 @@ pub fn run(call: &Call) -> Result<()> {
         Command::New { name } => new::run(name),
         Command::List { kind, json } => list::run(kind.as_deref(), *json),
         Command::Bench { what } => bench::run(what),
-        Command::Reproduce { id, json } => reproduce::run(id, *json),
+        Command::Reproduce { id, out, json } => reproduce::run(id, out.as_deref(), *json),
         Command::Schema => schema::run(),
     }
 }

@@ -6,12 +6,16 @@
 //! | [`control_net`] | the network as lines, with both displacements and their difference, for ParaView |
 //! | [`body`] | the exact body of a patch as rational Bezier cells, with the reference displacement, for ParaView |
 //! | [`mesh`] | the cells of a mesh, likewise |
+//! | [`motion`] | the network in motion: a series for ParaView, a table, plots |
+//! | [`plot`] | curves over time as an SVG |
 //! | [`vtu`] | the XML file format of VTK's unstructured grids |
 //! | [`mod@write`] | a file appears whole or not at all |
 
 pub mod body;
 pub mod control_net;
 pub mod mesh;
+pub mod motion;
+pub mod plot;
 pub mod springs_json;
 pub mod vtu;
 pub mod write;
@@ -55,6 +59,8 @@ pub struct Calibrated<'a> {
     pub damping: Option<&'a [f64]>,
     /// The load cases.
     pub cases: &'a [Case<'a>],
+    /// The motions, one for each alpha; empty where nothing moved.
+    pub motions: &'a [motion::Recorded<'a>],
 }
 
 /// What the nodes do under one load.
@@ -96,6 +102,11 @@ pub const EXPORTERS: &[Exporter] = &[
         name: "vtu",
         doc: "springs.vtu and body.vtu for ParaView: the network, and the exact body",
         write: write_vtu,
+    },
+    Exporter {
+        name: "motion",
+        doc: "motion.pvd (a series for ParaView), motion.csv and plots of strain and energies; where the scene moves",
+        write: motion::write,
     },
 ];
 

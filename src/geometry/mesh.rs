@@ -11,7 +11,11 @@
 //!
 //! Positions are in m, n x 3, z = 0 in two dimensions.
 
+pub mod faces;
 pub mod measure;
+pub mod nodes;
+pub mod parts;
+pub mod quality;
 
 /// What a cell is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -33,16 +37,6 @@ impl CellKind {
             Self::Triangle => 3,
             Self::Quadrilateral | Self::Tetrahedron => 4,
             Self::Hexahedron => 8,
-        }
-    }
-
-    /// Its name in messages.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Triangle => "triangle",
-            Self::Quadrilateral => "quadrilateral",
-            Self::Tetrahedron => "tetrahedron",
-            Self::Hexahedron => "hexahedron",
         }
     }
 
@@ -73,6 +67,28 @@ impl Mesh {
     pub fn new(dimension: usize, positions: Vec<[f64; 3]>) -> Self {
         assert!(dimension == 2 || dimension == 3, "a mesh has 2 or 3 dimensions, not {dimension}");
         Self { dimension, positions, kinds: Vec::new(), starts: vec![0], corners: Vec::new() }
+    }
+
+    /// A mesh of cells that are already in lists: their kinds, and their corners one cell after the other.
+    ///
+    /// # Panics
+    /// As [`Mesh::push`].
+    pub(in crate::geometry) fn from_parts(
+        dimension: usize,
+        positions: Vec<[f64; 3]>,
+        kinds: Vec<CellKind>,
+        corners: Vec<u32>,
+    ) -> Self {
+        assert!(kinds.iter().all(|kind| kind.dimension() == dimension), "the cells have the dimension of the mesh");
+        assert_eq!(kinds.iter().map(|kind| kind.corners()).sum::<usize>(), corners.len(), "corners for every cell");
+        assert!(corners.iter().all(|&node| (node as usize) < positions.len()), "every corner is a node");
+        let mut starts = Vec::with_capacity(kinds.len() + 1);
+        starts.push(0);
+        starts.extend(kinds.iter().scan(0, |end, kind| {
+            *end += kind.corners() as u32;
+            Some(*end)
+        }));
+        Self { dimension, positions, kinds, starts, corners }
     }
 
     /// Appends a cell.

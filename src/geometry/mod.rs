@@ -9,6 +9,7 @@ pub mod grid_mesh;
 pub mod knots;
 pub mod measure;
 pub mod mesh;
+pub mod mesh_files;
 pub mod meshes;
 pub mod patch;
 pub mod refine;

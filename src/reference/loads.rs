@@ -175,7 +175,7 @@ fn area_vector(jacobian: &[[f64; 3]; 3], dimension: usize, direction: usize) -> 
 }
 
 /// Gives each acting node its share N_a of a force.
-fn spread(forces: &mut [[f64; 3]], acting: &[u32], values: &[f64], force: [f64; 3]) {
+pub(super) fn spread(forces: &mut [[f64; 3]], acting: &[u32], values: &[f64], force: [f64; 3]) {
     for (&node, value) in acting.iter().zip(values) {
         (0..3).for_each(|i| forces[node as usize][i] += value * force[i]);
     }

@@ -7,7 +7,8 @@
 //! | [`methods`] | the table of methods, and how each fills them: splines, finite elements |
 //! | [`stiffness`] | element stiffness, its pattern and its assembly |
 //! | [`mass`] | consistent and lumped masses, Rayleigh damping |
-//! | [`loads`] | forces on nodes, tractions, body forces |
+//! | [`loads`] | forces on nodes, tractions on faces of a patch, body forces |
+//! | [`side_loads`] | tractions on sides of a mesh |
 //! | [`corotational`] | large rotations: energy, forces and tangents by domain, and their equilibrium |
 //! | [`supports`] | do the supports hold the body |
 //! | [`statics`] | K u = f with a checked backward error |
@@ -27,6 +28,7 @@ pub mod modes;
 pub mod points;
 mod quadrature;
 mod ragged;
+pub mod side_loads;
 pub mod statics;
 pub mod stiffness;
 pub mod stress;

@@ -6,10 +6,13 @@
 //! rank. This is decided before anything is factored, because a factorisation of a singular matrix may succeed by
 //! rounding.
 
+use std::collections::BTreeMap;
+
 use nalgebra_sparse::na::{DMatrix, SymmetricEigen};
 
 use crate::error::{Error, Result};
 use crate::geometry::dofs::{DofMap, FIXED};
+use crate::geometry::mesh::Mesh;
 
 /// A motion whose held components stay below this share of its size (squared) counts as free.
 const FREE: f64 = 1e-14;
@@ -19,9 +22,44 @@ const FREE: f64 = 1e-14;
 /// # Errors
 /// [`Error::Mechanism`] with the node and the axis that a free motion moves most.
 pub fn check(positions: &[[f64; 3]], dofs: &DofMap) -> Result<()> {
-    let motions = RigidMotions::of(positions, dofs.dimension());
+    let all: Vec<(usize, [f64; 3])> = positions.iter().copied().enumerate().collect();
+    check_piece(&all, dofs)
+}
+
+/// Checks every piece of a mesh by itself: pieces have no cell in common, and no node that is tied to one of the other.
+///
+/// # Errors
+/// As [`check`], of the first piece that is not held.
+pub fn check_pieces(mesh: &Mesh, dofs: &DofMap) -> Result<()> {
+    let mut piece: Vec<usize> = (0..dofs.nodes()).map(|node| dofs.master(node)).collect();
+    for cell in 0..mesh.cells() {
+        let corners = mesh.corners(cell);
+        let roots: Vec<usize> = corners.iter().map(|&node| root(&mut piece, node as usize)).collect();
+        let first = roots.iter().copied().min().unwrap_or(0);
+        roots.into_iter().for_each(|other| piece[other] = first);
+    }
+    let mut pieces = BTreeMap::<usize, Vec<(usize, [f64; 3])>>::new();
+    for (node, &position) in mesh.positions().iter().enumerate() {
+        pieces.entry(root(&mut piece, node)).or_default().push((node, position));
+    }
+    pieces.values().try_for_each(|nodes| check_piece(nodes, dofs))
+}
+
+/// The first node of the piece of a node; shortens the way there.
+fn root(piece: &mut [usize], node: usize) -> usize {
+    let mut at = node;
+    while piece[at] != at {
+        piece[at] = piece[piece[at]];
+        at = piece[at];
+    }
+    at
+}
+
+/// Checks the nodes of one piece, each with its place.
+fn check_piece(nodes: &[(usize, [f64; 3])], dofs: &DofMap) -> Result<()> {
+    let motions = RigidMotions::of(nodes, dofs.dimension());
     let mut held = DMatrix::<f64>::zeros(motions.count, motions.count);
-    for (node, position) in positions.iter().enumerate() {
+    for &(node, ref position) in nodes {
         for i in (0..dofs.dimension()).filter(|&i| dofs.free(node)[i] == FIXED) {
             let row = motions.component(*position, i);
             for a in 0..motions.count {
@@ -41,7 +79,7 @@ pub fn check(positions: &[[f64; 3]], dofs: &DofMap) -> Result<()> {
     }
     let motion = modes.eigenvectors.column(weakest);
     let mut most = (0.0, 0, 0);
-    for (node, position) in positions.iter().enumerate() {
+    for &(node, ref position) in nodes {
         for i in (0..dofs.dimension()).filter(|&i| dofs.free(node)[i] != FIXED) {
             let row = motions.component(*position, i);
             let moved = row.iter().zip(motion.iter()).map(|(r, m)| r * m).sum::<f64>().abs();
@@ -63,12 +101,12 @@ struct RigidMotions {
 }
 
 impl RigidMotions {
-    fn of(positions: &[[f64; 3]], dimension: usize) -> Self {
-        let n = positions.len().max(1) as f64;
-        let centre = [0, 1, 2].map(|a| positions.iter().map(|p| p[a]).sum::<f64>() / n);
-        let radius = positions
+    fn of(nodes: &[(usize, [f64; 3])], dimension: usize) -> Self {
+        let n = nodes.len().max(1) as f64;
+        let centre = [0, 1, 2].map(|a| nodes.iter().map(|(_, p)| p[a]).sum::<f64>() / n);
+        let radius = nodes
             .iter()
-            .flat_map(|p| (0..3).map(move |a| (p[a] - centre[a]).abs()))
+            .flat_map(|(_, p)| (0..3).map(move |a| (p[a] - centre[a]).abs()))
             .fold(f64::MIN_POSITIVE, f64::max);
         Self { count: if dimension == 2 { 3 } else { 6 }, dimension, centre, radius }
     }
@@ -100,6 +138,7 @@ impl RigidMotions {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::mesh::CellKind;
 
     const CORNERS: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0], [2.0, 2.0, 0.0]];
 
@@ -120,6 +159,30 @@ mod tests {
         // two held in y at different places, nothing in x: slides along x
         let slides = outcome(2, &CORNERS, &[(0, 1), (2, 1)]);
         assert_eq!(slides, Err(Error::Mechanism { what: "reference body".into(), node: 0, direction: 'x' }));
+    }
+
+    #[test]
+    fn two_pieces_are_held_each_by_itself() {
+        let mut positions = CORNERS.to_vec();
+        positions.extend(CORNERS.map(|[x, y, z]| [x + 5.0, y, z]));
+        let mut mesh = Mesh::new(2, positions.clone());
+        mesh.push(CellKind::Quadrilateral, &[0, 2, 3, 1]);
+        mesh.push(CellKind::Quadrilateral, &[4, 6, 7, 5]);
+        let held = |nodes: &[usize]| {
+            let mut fixed = vec![[false; 3]; 8];
+            nodes.iter().for_each(|&node| fixed[node] = [true; 3]);
+            DofMap::untied(2, &fixed)
+        };
+        let first = held(&[0, 1]);
+        assert_eq!(check(&positions, &first), Ok(()));
+        let loose = Error::Mechanism { what: "reference body".into(), node: 4, direction: 'x' };
+        assert_eq!(check_pieces(&mesh, &first), Err(loose));
+        assert_eq!(check_pieces(&mesh, &held(&[0, 1, 6, 7])), Ok(()));
+        // tied at two nodes, the first piece holds the second
+        let mut fixed = vec![[false; 3]; 8];
+        fixed[..2].fill([true; 3]);
+        let tied = DofMap::new(2, vec![0, 1, 2, 3, 2, 3, 6, 7], &fixed);
+        assert_eq!(check_pieces(&mesh, &tied), Ok(()));
     }
 
     #[test]

@@ -23,7 +23,9 @@ pub struct Dynamics {
     model: &'static str,
     integrator: String,
     /// Of the first alpha: what "auto" takes, before `safety`; none where every step is stable.
+    #[serde(skip_serializing_if = "Option::is_none")]
     safe_step: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     omega_max: Option<f64>,
     limits: Vec<Row>,
     /// Steps, and the smallest alpha with which leapfrog is stable at them.

@@ -73,7 +73,8 @@ pub fn known() -> Vec<&'static str> {
 pub fn run(ids: &[String], progress: &Progress) -> Result<Vec<Comparison>> {
     for id in ids.iter().filter(|id| *id != "all") {
         if !known().contains(&id.as_str()) {
-            let help = format!("the tables are {}, or all; {}", known().join(", "), super::smoothed::NAME);
+            let known = [known(), super::reproduce_motion::known(), vec![super::smoothed::NAME]].concat();
+            let help = format!("the tables and experiments are {}, or all", known.join(", "));
             return Err(Error::input("ID", format!("there is no table {id}"), help));
         }
     }

@@ -9,7 +9,7 @@ use crate::geometry::shapes::{self, Shape};
 
 use super::choices::names;
 
-/// `[geometry]`: a shape by name, or a patch from a file; exactly one of the two.
+/// `[geometry]`: a shape by name, or a patch or a mesh from a file; exactly one of the two.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Geometry {
@@ -17,16 +17,17 @@ pub struct Geometry {
     #[schemars(extend("enum" = names("geometry.shape")))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<String>,
-    /// A patch in a JSON file; a relative path starts at the folder of the scene.
+    /// A patch (.json) or a mesh (.msh, .vtk, .node, .ele); a relative path starts at the folder of the scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
     /// Extents of the shape along x, y (and z) in m; default: those of the shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<Vec<f64>>,
-    /// Control points along each grid direction; default: those of the shape. Finer grids refine the same body.
+    /// Control points (nodes of finite elements) along each grid direction; default: those of the shape. Finer grids refine
+    /// the same body.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub control_points: Option<Vec<usize>>,
-    /// Polynomial degree along each grid direction, 1 to 9; default: that of the shape.
+    /// Polynomial degree along each grid direction, 1 to 9; default: that of the shape. Not for finite elements.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub degree: Option<Vec<usize>>,
     /// Joins control points at equal positions, as at the seam of the torus; default false: the body is slit there.
@@ -63,6 +64,9 @@ pub struct Support {
     /// Numbers of control points, from 0 in C order of the control grid (last index fastest).
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub nodes: Vec<usize>,
+    /// Named sets of nodes in the file of a mesh, such as Gmsh's physical groups.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sets: Vec<String>,
     /// All control points inside an axis-parallel box.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub r#box: Option<BoxRegion>,

@@ -3,16 +3,21 @@
 //! Every failure is an [`Error::Input`] at its key. What depends on the built body comes later, in [`check_body`] and
 //! in the rooms below. Upper limits are there so that a slip of the keyboard costs a message, not the memory.
 
+mod reference;
+
+pub use reference::check_method;
+
 use crate::error::{Error, Result};
 use crate::geometry::knots::MAX_DEGREE;
-use crate::reference::methods::{self, Method};
 use crate::springs::grouping;
+
+use reference::{check_reference, named_method};
 
 use super::choices::{FACES, known, names};
 use super::dynamics;
 use super::load::LOAD_KINDS;
 use super::{
-    Annealing, BoxRegion, Calibration, Gamma, GammaSweep, GaussNewton, Geometry, Load, Plane, Reference, Scene, Solver,
+    Annealing, BoxRegion, Calibration, Gamma, GammaSweep, GaussNewton, Geometry, Load, Plane, Scene, Solver, Traction,
 };
 
 /// Most control points of a grid.
@@ -100,45 +105,6 @@ fn check_geometry(geometry: &Geometry) -> Result<()> {
     Ok(())
 }
 
-/// The method by name, the degree that only splines have, and plain ranges.
-fn check_reference(scene: &Scene) -> Result<()> {
-    let Reference { method, thickness, extra_gauss_points, .. } = &scene.reference;
-    if let Some(method) = method {
-        known("reference.method", method, &names("reference.method"))?;
-    }
-    if let Some(thickness) = thickness {
-        positive("reference.thickness", *thickness)?;
-    }
-    within("reference.extra_gauss_points", *extra_gauss_points, 0, 32)?;
-    match (&scene.geometry.degree, named_method(scene)) {
-        (Some(degree), Some(method)) if !method.works_on_patches() => Err(Error::input(
-            "geometry.degree",
-            format!("{degree:?} has no meaning for the method \"{}\": its elements are linear", method.name),
-            "remove geometry.degree, or use reference.method = \"iga\"",
-        )),
-        _ => Ok(()),
-    }
-}
-
-/// The method that the scene names, if it is known.
-fn named_method(scene: &Scene) -> Option<&'static Method> {
-    scene.reference.method.as_deref().and_then(methods::find)
-}
-
-/// Checks that a method is for bodies of `dimension` 2 or 3.
-///
-/// # Errors
-/// [`Error::Input`] at `reference.method` with the methods that are.
-pub fn check_method(method: &Method, dimension: usize) -> Result<()> {
-    let fits = |method: &Method| method.dimension().is_none_or(|own| own == dimension);
-    if fits(method) {
-        return Ok(());
-    }
-    let others: Vec<&str> = methods::METHODS.iter().filter(|method| fits(method)).map(|method| method.name).collect();
-    let message = format!("\"{}\" is not for bodies in {dimension}D", method.name);
-    Err(Error::input("reference.method", message, format!("methods in {dimension}D are {}", others.join(", "))))
-}
-
 fn only_with_shape(geometry: &Geometry) -> Result<()> {
     let given = [
         ("size", geometry.size.is_some()),
@@ -170,7 +136,7 @@ fn check_material(scene: &Scene) -> Result<()> {
 
 fn check_support(scene: &Scene) -> Result<()> {
     let support = &scene.support;
-    if support.faces.is_empty() && support.nodes.is_empty() && support.r#box.is_none() {
+    if support.faces.is_empty() && support.nodes.is_empty() && support.sets.is_empty() && support.r#box.is_none() {
         let help = "add support.faces such as [\"z-\"], support.nodes or support.box: a free body has no answer";
         return Err(Error::input("support", "nothing is held", help));
     }
@@ -181,10 +147,13 @@ fn check_support(scene: &Scene) -> Result<()> {
     for (i, face) in support.faces.iter().enumerate() {
         known(&format!("support.faces[{i}]"), face, &FACES)?;
     }
-    let Some(BoxRegion { min, max }) = &support.r#box else { return Ok(()) };
+    support.r#box.as_ref().map_or(Ok(()), |region| check_box("support.box", region))
+}
+
+fn check_box(key: &str, BoxRegion { min, max }: &BoxRegion) -> Result<()> {
     match min.iter().zip(max).position(|(low, high)| low > high) {
         Some(a) => Err(Error::input(
-            format!("support.box.max[{a}]"),
+            format!("{key}.max[{a}]"),
             format!("{} is below the minimum {}", max[a], min[a]),
             "give the smaller corner as min and the larger as max",
         )),
@@ -226,13 +195,24 @@ fn check_load(load: &Load, key: &str) -> Result<()> {
         return Err(Error::input(key, "no kind of load is given", help));
     };
     if let Some(traction) = &load.traction {
-        known(&format!("{key}.traction.face"), &traction.face, &FACES)?;
+        check_place(traction, &format!("{key}.traction"))?;
     }
     if vector.iter().all(|&component| component == 0.0) {
         let help = "give at least one component that is not zero: an error relative to no motion has no value";
         return Err(Error::input(format!("{key}.{name}"), format!("{vector:?} is no load"), help));
     }
     Ok(())
+}
+
+/// A traction acts at one place.
+fn check_place(Traction { face, set, r#box, .. }: &Traction, key: &str) -> Result<()> {
+    match (face, set, r#box) {
+        (Some(face), None, None) => known(&format!("{key}.face"), face, &FACES),
+        (None, Some(_), None) => Ok(()),
+        (None, None, Some(region)) => check_box(&format!("{key}.box"), region),
+        (None, None, None) => Err(Error::input(key, "no place is given", "add one of face, set, box")),
+        _ => Err(Error::input(key, "several places are given", "keep one of face, set, box")),
+    }
 }
 
 fn check_calibration(calibration: &Calibration) -> Result<()> {
@@ -277,7 +257,13 @@ fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
             length(&format!("load[{i}].{name}"), Some(vector.len()), dimension)?;
         }
         if let Some(traction) = &load.traction {
-            known(&format!("load[{i}].traction.face"), &traction.face, &FACES[..2 * dimension])?;
+            let key = format!("load[{i}].traction");
+            if let Some(face) = &traction.face {
+                known(&format!("{key}.face"), face, &FACES[..2 * dimension])?;
+            }
+            let region = traction.r#box.as_ref();
+            length(&format!("{key}.box.min"), region.map(|region| region.min.len()), dimension)?;
+            length(&format!("{key}.box.max"), region.map(|region| region.max.len()), dimension)?;
         }
     }
     let gravity = scene.dynamics.as_ref().and_then(|dynamics| dynamics.gravity.as_ref());

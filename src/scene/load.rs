@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::BoxRegion;
+
 /// A load case: exactly one of `force_per_node`, `traction`, `body_force` and `point`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -16,7 +18,7 @@ pub struct Load {
     /// The same force in N on every free control point, one component a direction of space.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_per_node: Option<Vec<f64>>,
-    /// A constant force per area on one face of the body.
+    /// A constant force per area on a part of the boundary.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub traction: Option<Traction>,
     /// A constant force per volume in N/m^3, such as density times gravity.
@@ -27,12 +29,19 @@ pub struct Load {
     pub point: Option<PointForce>,
 }
 
-/// A constant force per area on one face of the body.
+/// A constant force per area on a part of the boundary: a face, and for finite elements also a set or a box.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Traction {
-    /// Face of the control grid: x-, x+, y-, y+, z-, z+.
-    pub face: String,
+    /// Face of the grid: x-, x+, y-, y+, z-, z+.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub face: Option<String>,
+    /// Named set of nodes in the file of a mesh: the sides of cells between its nodes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub set: Option<String>,
+    /// The sides of cells whose corners lie in an axis-parallel box.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub r#box: Option<BoxRegion>,
     /// Force per area in Pa, one component a direction of space; in 2D the area is edge length times thickness.
     pub value: Vec<f64>,
 }

@@ -112,6 +112,7 @@ fn key_of(error: &Error, text: &str, entries: &[Entry]) -> Option<String> {
             let topology = given("springs.topology").filter(|_| what.starts_with("spring"));
             Some(topology.map_or("support", |entry| &entry.key).into())
         }
+        Error::UnstableStep { .. } | Error::NotConverged { .. } | Error::BlowUp { .. } => Some("dynamics.step".into()),
         _ => None,
     }
 }

@@ -12,7 +12,7 @@
 
 use crate::geometry::dofs::DofMap;
 use crate::geometry::grid::Grid;
-use crate::geometry::mesh::{CellKind, Mesh};
+use crate::geometry::mesh::Mesh;
 
 use super::grouping::Grouping;
 use super::network::Network;
@@ -22,8 +22,8 @@ use super::weighting::Law;
 ///
 /// `positions` in metres; `thickness` in metres (used in two dimensions only). Cells around tied nodes count for all of them.
 pub fn node_measures(grid: &Grid, positions: &[[f64; 3]], dofs: &DofMap, thickness: f64) -> Vec<f64> {
-    let measure = |corners: &[u32]| match *corners {
-        [a, b, c, d] => area(&[a, c, d, b], positions) * thickness,
+    let measure = |corners: &[u32]| match grid.dimension() {
+        2 => area(corners, positions) * thickness,
         _ => volume(corners, positions),
     };
     around_nodes(dofs, grid.cells().into_iter().map(|corners| (measure(&corners), corners)))
@@ -31,14 +31,9 @@ pub fn node_measures(grid: &Grid, positions: &[[f64; 3]], dofs: &DofMap, thickne
 
 /// V_i of every node of a mesh, as [`node_measures`].
 pub fn node_measures_of_mesh(mesh: &Mesh, dofs: &DofMap, thickness: f64) -> Vec<f64> {
-    let positions = mesh.positions();
-    let measure = |kind: CellKind, corners: &[u32]| match kind {
-        CellKind::Triangle | CellKind::Quadrilateral => area(corners, positions) * thickness,
-        CellKind::Tetrahedron => tetrahedron(corners, positions),
-        CellKind::Hexahedron => volume(&[0, 4, 3, 7, 1, 5, 2, 6].map(|corner: usize| corners[corner]), positions),
-    };
-    let cells = (0..mesh.cells()).map(|cell| (mesh.kind(cell), mesh.corners(cell)));
-    around_nodes(dofs, cells.map(|(kind, corners)| (measure(kind, corners), corners.to_vec())))
+    let factor = if mesh.dimension() == 2 { thickness } else { 1.0 };
+    let cells = (0..mesh.cells()).map(|cell| (mesh.measure(cell).abs() * factor, mesh.corners(cell).to_vec()));
+    around_nodes(dofs, cells)
 }
 
 /// The largest measure of the cells around each node times their number.
@@ -78,23 +73,11 @@ pub fn upper_bounds(network: &Network, grouping: &Grouping, bounds: &[f64], law:
     upper
 }
 
-/// Area of a polygon in the plane z = 0, m^2; corners around it.
+/// Area of a quadrilateral in the plane z = 0, m^2; corners in C order.
 fn area(corners: &[u32], positions: &[[f64; 3]]) -> f64 {
-    let at = |corner: usize| positions[corners[corner % corners.len()] as usize];
-    // measured from the first corner, so that a body far from the origin loses no digits
-    let from_first = |corner: usize| [at(corner)[0] - at(0)[0], at(corner)[1] - at(0)[1]];
-    let twice = |corner: usize| {
-        let (p, q) = (from_first(corner), from_first(corner + 1));
-        p[0] * q[1] - p[1] * q[0]
-    };
-    ((1..corners.len() - 1).map(twice).sum::<f64>() / 2.0).abs()
-}
-
-/// Volume of a tetrahedron, m^3.
-fn tetrahedron(corners: &[u32], positions: &[[f64; 3]]) -> f64 {
-    let [a, b, c, d] = [0, 1, 2, 3].map(|corner| positions[corners[corner] as usize]);
-    let from_first = |x: [f64; 3]| [0, 1, 2].map(|i| x[i] - a[i]);
-    determinant([from_first(b), from_first(c), from_first(d)]).abs() / 6.0
+    let [a, b, c, d] = [0, 1, 3, 2].map(|corner| positions[corners[corner] as usize]);
+    let (p, q) = ([c[0] - a[0], c[1] - a[1]], [d[0] - b[0], d[1] - b[1]]);
+    (p[0] * q[1] - p[1] * q[0]).abs() / 2.0
 }
 
 /// Volume of a trilinear hexahedron, m^3: 2 x 2 x 2 Gauss points; corners in C order.

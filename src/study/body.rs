@@ -13,7 +13,7 @@ use crate::scene::{self, Scene};
 use crate::sparse::ordering::{minimum_degree, nested_dissection};
 use crate::sparse::pattern::Pattern;
 
-use super::continuum::{self, Continuum};
+use super::continuum::{self, Built, Continuum};
 
 /// Nodes nearer than this fraction of the body's extent are tied when the seam is merged.
 const SEAM: f64 = 1e-9;
@@ -43,7 +43,7 @@ pub struct Body {
 /// # Errors
 /// [`Error::Input`] at the key that does not fit the body; [`Error::Mechanism`] when the supports do not hold it.
 pub fn build(scene: &Scene) -> Result<Body> {
-    let (continuum, method) = continuum::build(scene)?;
+    let Built { continuum, method, mut warnings } = continuum::build(scene)?;
     let dimension = continuum.dimension();
     scene::check_body(scene, dimension, continuum.positions().len())?;
     let resolved = scene::resolve(scene, dimension, method);
@@ -55,9 +55,12 @@ pub fn build(scene: &Scene) -> Result<Body> {
     let lame = material.lame(dimension, plane)?;
     let dofs = dofs(&resolved, &continuum)?;
     supports::check(continuum.positions(), &dofs)?;
+    if let Continuum::Elements { mesh, .. } = &continuum {
+        supports::check_pieces(mesh, &dofs)?;
+    }
     let thickness = resolved.reference.thickness.unwrap_or(1.0);
     let extra_points = resolved.reference.extra_gauss_points;
-    let warnings = material.locking_warning(dimension, plane).into_iter().collect();
+    warnings.extend(material.locking_warning(dimension, plane));
     let mut body = Body { resolved, continuum, method, dofs, lame, thickness, extra_points, warnings };
     if scene.geometry.file.is_some() {
         // our own shapes are as we made them (the torus is left-handed by its grid order): nothing to tell about those
@@ -76,19 +79,17 @@ fn dofs(scene: &Scene, continuum: &Continuum) -> Result<DofMap> {
     };
     let mut held: Vec<u32> = scene.support.nodes.iter().map(|&node| node as u32).collect();
     for face in &scene.support.faces {
-        let grid = continuum.grid().ok_or_else(|| {
-            let help = "use support.box, or support.nodes";
-            Error::input("support.faces", format!("a mesh from a file has no face \"{face}\""), help)
-        })?;
-        held.extend(selection::face_nodes(&grid, face)?);
+        held.extend(continuum.face_nodes(face, "support.faces")?);
+    }
+    for (i, set) in scene.support.sets.iter().enumerate() {
+        held.extend(continuum.set_nodes(set, &format!("support.sets[{i}]"))?);
     }
     if let Some(region) = &scene.support.r#box {
-        let corner = |given: &[f64]| [0, 1, 2].map(|a| given.get(a).copied().unwrap_or(0.0));
-        held.extend(selection::box_nodes(points, corner(&region.min), corner(&region.max)));
+        held.extend(box_nodes(region, points));
     }
     if held.is_empty() {
-        let help = "name a face (x-, x+, y-, ...), a control point, or a box that contains some";
-        return Err(Error::input("support", "holds no control point", help));
+        let help = "name a face (x-, x+, y-, ...), a node, a set, or a box that contains some";
+        return Err(Error::input("support", "holds no node", help));
     }
     let mut components = [false; 3];
     match &scene.support.components {
@@ -99,9 +100,15 @@ fn dofs(scene: &Scene, continuum: &Continuum) -> Result<DofMap> {
     held.iter().for_each(|&node| fixed[node as usize] = components);
     let dofs = DofMap::new(dimension, master, &fixed);
     if dofs.is_empty() {
-        return Err(Error::input("support", "holds every control point", "leave at least one free"));
+        return Err(Error::input("support", "holds every node", "leave at least one free"));
     }
     Ok(dofs)
+}
+
+/// The nodes inside a box of the scene, ascending.
+pub(super) fn box_nodes(region: &scene::BoxRegion, points: &[[f64; 3]]) -> Vec<u32> {
+    let corner = |given: &[f64]| [0, 1, 2].map(|a| given.get(a).copied().unwrap_or(0.0));
+    selection::box_nodes(points, corner(&region.min), corner(&region.max))
 }
 
 /// Largest extent of the nodes, m.

@@ -7,12 +7,13 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::export;
-use crate::geometry::file;
 use crate::geometry::grid::Grid;
 use crate::geometry::grid_mesh::mesh_of_grid;
 use crate::geometry::mesh::Mesh;
+use crate::geometry::mesh_files::{self, MESH_FORMATS, MeshFile};
 use crate::geometry::patch::Patch;
 use crate::geometry::shapes::{self, Shape, ShapeRequest};
+use crate::geometry::{file, selection};
 use crate::reference::methods::{self, MeshPoints, Method, MethodBody, PatchPoints};
 use crate::scene::{self, Scene};
 
@@ -34,6 +35,8 @@ pub enum Continuum {
         mesh: Mesh,
         /// The grid that its nodes lie on, if there is one.
         grid: Option<Grid>,
+        /// Named sets of nodes, from the file of the mesh.
+        sets: Vec<(String, Vec<u32>)>,
         /// How the method fills its integration points.
         points: MeshPoints,
     },
@@ -64,6 +67,38 @@ impl Continuum {
         }
     }
 
+    /// The nodes of a face of the grid, ascending; `key` is the scene key that asks.
+    ///
+    /// # Errors
+    /// [`Error::Input`] at `key` for a face that is not there.
+    pub fn face_nodes(&self, face: &str, key: &str) -> Result<Vec<u32>> {
+        let grid = self.grid().ok_or_else(|| {
+            let help = "name a set of nodes of the file, or give a box";
+            Error::input(key, format!("a mesh from a file has no face \"{face}\""), help)
+        })?;
+        selection::face_nodes(&grid, face)
+    }
+
+    /// The nodes of a named set, ascending; `key` is the scene key that asks.
+    ///
+    /// # Errors
+    /// [`Error::Input`] at `key` with the sets that there are.
+    pub fn set_nodes(&self, name: &str, key: &str) -> Result<Vec<u32>> {
+        let sets: &[(String, Vec<u32>)] = match self {
+            Self::Splines { .. } => &[],
+            Self::Elements { sets, .. } => sets,
+        };
+        if let Some((_, nodes)) = sets.iter().find(|(set, _)| set == name) {
+            return Ok(nodes.clone());
+        }
+        let names: Vec<&str> = sets.iter().map(|(set, _)| set.as_str()).collect();
+        let help = match names.is_empty() {
+            true => "the body has no named sets; they come from the file of a mesh".to_owned(),
+            false => format!("the sets of the file are {}", names.join(", ")),
+        };
+        Err(Error::input(key, format!("there is no set \"{name}\""), help))
+    }
+
     /// Largest difference of the grid indices of two nodes that act in one element.
     pub fn reach(&self) -> usize {
         match self {
@@ -89,16 +124,29 @@ impl Continuum {
     }
 }
 
+/// The body of a scene, its method, and what the reader of a mesh has to say.
+pub struct Built {
+    /// The body.
+    pub continuum: Continuum,
+    /// Its method.
+    pub method: &'static Method,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
 /// The body of a scene and its method.
 ///
 /// # Errors
 /// [`Error::Input`] at the key that does not fit; [`Error::File`] for a file that cannot be read.
-pub fn build(scene: &Scene) -> Result<(Continuum, &'static Method)> {
+pub fn build(scene: &Scene) -> Result<Built> {
     let named = scene.reference.method.as_deref().map(known_method).transpose()?;
-    match &scene.geometry.file {
-        Some(path) => patch_file(path, named),
-        None => shape(scene, named.map_or_else(|| known_method(DEFAULT_METHOD), Ok)?),
-    }
+    let or_default = |named: Option<&'static Method>| named.map_or_else(|| known_method(DEFAULT_METHOD), Ok);
+    let (continuum, method) = match &scene.geometry.file {
+        Some(path) if mesh_files::reads(path) => return mesh_file(path, named),
+        Some(path) => patch_file(path, or_default(named)?)?,
+        None => shape(scene, or_default(named)?)?,
+    };
+    Ok(Built { continuum, method, warnings: Vec::new() })
 }
 
 fn known_method(name: &str) -> Result<&'static Method> {
@@ -107,13 +155,27 @@ fn known_method(name: &str) -> Result<&'static Method> {
     })
 }
 
-fn patch_file(path: &Path, named: Option<&'static Method>) -> Result<(Continuum, &'static Method)> {
-    let method = named.map_or_else(|| known_method(DEFAULT_METHOD), Ok)?;
+/// A mesh with the method that is named, or the one that takes its cells.
+fn mesh_file(path: &Path, named: Option<&'static Method>) -> Result<Built> {
+    let MeshFile { mesh, sets, warnings } = mesh_files::read(path)?;
+    let method = named.unwrap_or_else(|| methods::default_for(&mesh));
+    let MethodBody::Mesh { points, .. } = method.body else {
+        let message = format!("\"{}\" works on patches, and the file holds a mesh", method.name);
+        let help = format!("leave it out, or use \"{}\"", methods::default_for(&mesh).name);
+        return Err(Error::input("reference.method", message, help));
+    };
+    method.check(&mesh)?;
+    Ok(Built { continuum: Continuum::Elements { mesh, grid: None, sets, points }, method, warnings })
+}
+
+fn patch_file(path: &Path, method: &'static Method) -> Result<(Continuum, &'static Method)> {
     match method.body {
         MethodBody::Patch(points) => Ok((Continuum::Splines { patch: file::read_patch(path)?, points }, method)),
         MethodBody::Mesh { .. } => {
-            let message = format!("\"{}\" works on meshes, and the file holds a patch", method.name);
-            Err(Error::input("reference.method", message, "use \"iga\", or a file with a mesh"))
+            let message = format!("\"{}\" works on meshes, and the file is none", method.name);
+            let known: Vec<String> = MESH_FORMATS.iter().map(|format| format!(".{}", format.extension)).collect();
+            let help = format!("use \"iga\" for a patch; files of meshes end in {}", known.join(", "));
+            Err(Error::input("reference.method", message, help))
         }
     }
 }
@@ -131,7 +193,12 @@ fn shape(scene: &Scene, method: &'static Method) -> Result<(Continuum, &'static 
         MethodBody::Mesh { cells, points } => {
             let positions = shape.nodes(&request)?;
             let grid = Grid::new(&request.control_points);
-            Continuum::Elements { mesh: mesh_of_grid(&grid, positions, cells[0]), grid: Some(grid), points }
+            Continuum::Elements {
+                mesh: mesh_of_grid(&grid, positions, cells[0]),
+                grid: Some(grid),
+                sets: vec![],
+                points,
+            }
         }
     };
     Ok((continuum, method))

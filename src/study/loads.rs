@@ -2,9 +2,10 @@
 
 use crate::error::{Error, Result};
 use crate::reference::loads::{self, Face, Load};
+use crate::reference::side_loads;
 use crate::scene::{self, Scene};
 
-use super::body::Body;
+use super::body::{self, Body};
 use super::continuum::Continuum;
 
 /// One load case.
@@ -43,12 +44,7 @@ fn forces(load: &scene::Load, body: &Body) -> Result<Load> {
         return loads::per_node(&body.dofs, padded(force));
     }
     if let Some(traction) = &load.traction {
-        let value = padded(&traction.value);
-        let Continuum::Splines { patch, .. } = &body.continuum else {
-            return Err(Error::input("load", "a mesh takes no traction", "use force_per_node, body_force or point"));
-        };
-        let face = Face { patch, name: &traction.face, thickness: body.thickness, extra_points: body.extra_points };
-        return loads::traction(face, &body.dofs, &|_, _| value);
+        return self::traction(traction, padded(&traction.value), body);
     }
     if let Some(density) = &load.body_force {
         let density = padded(density);
@@ -57,5 +53,42 @@ fn forces(load: &scene::Load, body: &Body) -> Result<Load> {
     match &load.point {
         Some(point) => loads::point(&body.dofs, point.node, padded(&point.force)),
         None => Err(Error::input("load", "has no force", "give one of force_per_node, traction, body_force, point")),
+    }
+}
+
+/// A constant traction on a part of the boundary.
+fn traction(traction: &scene::Traction, value: [f64; 3], body: &Body) -> Result<Load> {
+    match (&body.continuum, &traction.face) {
+        (Continuum::Splines { patch, .. }, Some(face)) => {
+            let face = Face { patch, name: face, thickness: body.thickness, extra_points: body.extra_points };
+            loads::traction(face, &body.dofs, &|_, _| value)
+        }
+        (Continuum::Splines { .. }, None) => {
+            let help = "a patch takes a traction on a face (x-, x+, y-, ...); use finite elements for sets and boxes";
+            Err(Error::input("load", "no face is given", help))
+        }
+        (Continuum::Elements { mesh, .. }, _) => {
+            let chosen = chosen_nodes(traction, body)?;
+            let faces = mesh.boundary_faces()?;
+            let there = |corners: &&[u32]| corners.iter().all(|node| chosen.binary_search(node).is_ok());
+            let sides: Vec<&[u32]> = faces.iter().map(|side| side.nodes()).filter(there).collect();
+            if sides.is_empty() {
+                let message =
+                    format!("{} nodes are chosen, and no side of the boundary lies between them", chosen.len());
+                return Err(Error::input("load", message, "choose all corners of the sides that are loaded"));
+            }
+            side_loads::traction(mesh, sides, body.thickness, &body.dofs, &|_, _| value)
+        }
+    }
+}
+
+/// The nodes whose sides carry a traction, ascending.
+fn chosen_nodes(traction: &scene::Traction, body: &Body) -> Result<Vec<u32>> {
+    let scene::Traction { face, set, r#box, .. } = traction;
+    match (face, set, r#box) {
+        (Some(face), ..) => body.continuum.face_nodes(face, "load"),
+        (_, Some(set), _) => body.continuum.set_nodes(set, "load"),
+        (_, _, Some(region)) => Ok(body::box_nodes(region, body.positions())),
+        _ => Err(Error::input("load", "a traction needs a place", "give one of face, set, box")),
     }
 }

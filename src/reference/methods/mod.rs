@@ -167,9 +167,18 @@ impl Method {
         let others: Vec<&str> = METHODS.iter().filter(takes_all).map(|method| method.name).collect();
         Err(Error::input(
             "reference.method",
-            format!("\"{}\" cannot take cell {cell} of the mesh, a {}", self.name, mesh.kind(cell).name()),
+            format!("\"{}\" cannot take cell {cell} of the mesh, a {}", self.name, cell_name(mesh.kind(cell))),
             format!("methods for this mesh are {}", others.join(", ")),
         ))
+    }
+}
+
+fn cell_name(kind: CellKind) -> &'static str {
+    match kind {
+        CellKind::Triangle => "triangle",
+        CellKind::Quadrilateral => "quadrilateral",
+        CellKind::Tetrahedron => "tetrahedron",
+        CellKind::Hexahedron => "hexahedron",
     }
 }
 

@@ -9,11 +9,15 @@
 //! | [`solve`] | K(phi) u = f by every method: seconds, error, memory, rate |
 //! | [`methods`] | the methods: names and functions |
 //! | [`calibrate`] | error against time of every way to calibrate a scene |
+//! | [`step`] | a network in motion: springs a second, share of the bandwidth, error of the step |
+//! | [`step_files`] | that network as files for other programs |
+//! | [`bandwidth`] | how fast this machine reads |
 //! | [`machine`] | the machine: processor, load, rate of a dense product |
 //! | [`tables`] | tables for a person |
 //! | [`chart`] | an SVG of error against time |
 //! | [`matrix_market`] | the same systems as files for other solvers |
 
+pub mod bandwidth;
 pub mod calibrate;
 pub mod chart;
 pub mod cube;
@@ -21,4 +25,6 @@ pub mod machine;
 pub mod matrix_market;
 pub mod methods;
 pub mod solve;
+pub mod step;
+pub mod step_files;
 pub mod tables;

@@ -124,7 +124,7 @@ impl Rounded {
 }
 
 /// The middle value, or the mean of the middle two.
-fn median(values: &[f64]) -> Option<f64> {
+pub(super) fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let count = sorted.len();

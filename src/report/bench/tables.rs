@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::calibrate;
 use super::machine::Machine;
 use super::solve::Row;
+use super::step;
 
 /// One line about the machine.
 pub fn machine(machine: &Machine) -> String {
@@ -59,6 +60,50 @@ pub fn solve(rows: &[Row]) -> String {
             row.peak_bytes.map_or("-".into(), |bytes| format!("{:.1}", bytes as f64 / 1e6)),
             row.gflops,
             100.0 * row.share
+        );
+    }
+    text
+}
+
+/// Rows of `bench step`: millions of springs a second, GB/s, and shares of the rates measured beside them.
+pub fn step(rows: &[step::Row]) -> String {
+    let mut text = format!(
+        "{:>5} {:>9} {:>7} {:>10} {:>10} {:>10} {:>7} {:>7} {:>7} {:>6} {:>9} {:>6} {:>9} {:>9} {:>8}\n",
+        "n",
+        "springs",
+        "threads",
+        "forces M/s",
+        "(least)",
+        "steps M/s",
+        "bytes",
+        "GB/s",
+        "memory",
+        "share",
+        "same size",
+        "share",
+        "step s",
+        "real time",
+        "error"
+    );
+    for row in rows {
+        let _ = writeln!(
+            text,
+            "{:>5} {:>9} {:>7} {:>10.1} {:>10.1} {:>10.1} {:>7.1} {:>7.2} {:>7.2} {:>4.0} % {:>9.2} {:>4.0} % {:>9.3e} {:>9.2} {:>8.1e}",
+            row.size,
+            row.springs,
+            row.threads,
+            row.springs_per_second / 1e6,
+            row.springs as f64 / row.forces.least / 1e6,
+            row.stepped_per_second / 1e6,
+            row.bytes_per_spring,
+            row.rate / 1e9,
+            row.memory_rate / 1e9,
+            100.0 * row.share_of_memory,
+            row.same_size_rate / 1e9,
+            100.0 * row.share_at_its_size,
+            row.step,
+            row.real_time,
+            row.errors[0]
         );
     }
     text
