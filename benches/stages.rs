@@ -21,7 +21,6 @@ use springfit::reference::{Reference, stiffness};
 use springfit::rng::Stream;
 use springfit::scene::{self, Scene, Source};
 use springfit::sparse::cholesky::{Factor, Symbolic};
-use springfit::sparse::ordering::nested_dissection;
 use springfit::springs::affine::{self, AffineStiffness};
 use springfit::springs::solver::{Path, Settings, SpringOperator, SpringSolver};
 use springfit::springs::{bounds, grouping};
@@ -48,20 +47,17 @@ fn cube(n: usize) -> Cube {
     let body = body::build(&scene).expect("a valid body");
     let loads = loads::build(&scene, &body).expect("a load");
     let lattice = network::build(&scene, &body).expect("a network");
-    let order = order(&body, 2);
+    let points = body.integration_points().expect("points");
+    let order = body.reference_order(&points).expect("an order");
     let forces = vec![loads[0].load.clone()];
-    let reference =
-        Reference::solve(&body.integration_points(), body.lame, &body.dofs, order, &forces).expect("solvable");
+    let reference = Reference::solve(&points, body.lame, &body.dofs, order, &forces).expect("solvable");
+    drop(points);
     let groups = (grouping::find("length").expect("known").group)(&lattice.network, 0.1).expect("legal gamma");
     let symbolic = Arc::clone(lattice.symbolic.as_ref().expect("a path with factors"));
     let stiffness = AffineStiffness::new(&lattice.network, &groups, &lattice.coefficients, &body.dofs, &symbolic);
     let operator = SpringOperator::Assembled { stiffness, symbolic };
     let upper = bounds::upper_bounds(&lattice.network, &groups, &lattice.spring_bounds, scene.springs.law);
     Cube { body, loads, lattice, reference, operator, upper }
-}
-
-fn order(body: &Body, reach: usize) -> Vec<u32> {
-    body.dofs.order(&nested_dissection(body.grid().extents(), reach, [false; 3]))
 }
 
 fn stages(criterion: &mut Criterion) {
@@ -85,14 +81,14 @@ fn systems(criterion: &mut Criterion, n: usize, cube: &Cube) {
     let mut group = criterion.benchmark_group("stages");
     group.sample_size(10);
 
-    let points = body.integration_points();
+    let points = body.integration_points().expect("points");
     let pattern = stiffness::pattern(&points, &body.dofs);
     group.bench_function(id("IGA assembly", n), |b| {
         b.iter(|| stiffness::stiffness(&points, body.lame, &body.dofs, &pattern).expect("assembles"));
     });
 
     let pattern = affine::pattern(&lattice.network, &body.dofs);
-    let order = order(body, 1);
+    let order = body.spring_order(&pattern).expect("an order");
     group.bench_function(id("analyse", n), |b| {
         b.iter(|| Symbolic::analyse(&pattern, order.clone()).expect("analysed"));
     });

@@ -19,7 +19,7 @@ pub struct Reference {
     /// Thickness of a body in 2D in m, above 0; default 1. Not for 3D.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thickness: Option<f64>,
-    /// Gauss points per direction and knot span beyond degree + 1, 0 to 32; more for strongly rational patches.
+    /// Gauss points per direction and knot span beyond degree + 1, 0 to 32; more for strongly rational patches. Not for finite elements.
     pub extra_gauss_points: usize,
 }
 

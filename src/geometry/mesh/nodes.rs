@@ -31,22 +31,23 @@ impl Mesh {
     /// Along each axis the coordinates are sorted and cut into classes where two neighbours are further apart; nodes with
     /// three equal classes share a place.
     pub fn coincident_nodes(&self) -> Vec<(u32, u32)> {
-        let nodes = self.positions.len();
-        let mut classes = vec![[0_u32; 3]; nodes];
-        let mut order: Vec<u32> = (0..nodes as u32).collect();
         let tolerance = SAME_PLACE * self.extent();
-        for axis in 0..3 {
+        let mut order: Vec<u32> = (0..self.positions.len() as u32).collect();
+        let [x, y, z] = [0, 1, 2].map(|axis| {
             let at = |node: u32| self.positions[node as usize][axis];
             order.sort_unstable_by(|&a, &b| at(a).total_cmp(&at(b)));
+            let mut classes = vec![0_u32; order.len()];
             for pair in order.windows(2) {
                 let step = u32::from(at(pair[1]) - at(pair[0]) > tolerance);
-                classes[pair[1] as usize][axis] = classes[pair[0] as usize][axis] + step;
+                classes[pair[1] as usize] = classes[pair[0] as usize] + step;
             }
-        }
-        order.sort_unstable_by_key(|&node| (classes[node as usize], node));
+            classes
+        });
+        let place = |node: u32| [&x, &y, &z].map(|classes| classes[node as usize]);
+        order.sort_unstable_by_key(|&node| (place(node), node));
         let mut pairs = Vec::new();
-        for place in order.chunk_by(|&a, &b| classes[a as usize] == classes[b as usize]) {
-            pairs.extend(place[1..].iter().map(|&other| (place[0], other)));
+        for shared in order.chunk_by(|&a, &b| place(a) == place(b)) {
+            pairs.extend(shared[1..].iter().map(|&other| (shared[0], other)));
         }
         pairs.sort_unstable();
         pairs

@@ -3,6 +3,7 @@
 use super::source::Source;
 use crate::error::{Error, Result};
 use crate::geometry::mesh::CellKind;
+use crate::geometry::patch::MAX_NODES;
 
 /// Nodes of a file, with the numbers it gives them.
 #[derive(Debug, Default)]
@@ -41,8 +42,9 @@ impl Nodes {
     /// # Errors
     /// A number that two nodes have; more nodes than can be numbered.
     pub(super) fn index(&mut self, source: &Source) -> Result<()> {
-        if u32::try_from(self.positions.len()).is_err() {
-            return Err(source.refuse(format!("{} nodes", self.positions.len()), "at most 4294967295 nodes"));
+        if self.positions.len() > MAX_NODES {
+            let message = format!("the file has {} nodes", self.positions.len());
+            return Err(source.refuse(message, format!("at most {MAX_NODES}")));
         }
         if self.in_sequence() {
             return Ok(());

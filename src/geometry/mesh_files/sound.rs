@@ -69,7 +69,7 @@ fn sets(raw: &mut Raw, refuse: Refuse) -> Result<Vec<(String, Vec<u32>)>> {
     let mut members = std::mem::take(&mut raw.members);
     members.sort_unstable();
     members.dedup();
-    let groups: Vec<&[(Group, u32)]> = members.chunk_by(|a, b| a.0 == b.0).collect();
+    let mut groups: Vec<&[(Group, u32)]> = members.chunk_by(|a, b| a.0 == b.0).collect();
     if groups.len() > MOST_GROUPS {
         let message = format!("the file has {} groups", groups.len());
         return Err(refuse(
@@ -78,17 +78,13 @@ fn sets(raw: &mut Raw, refuse: Refuse) -> Result<Vec<(String, Vec<u32>)>> {
         ));
     }
     let order: HashMap<Group, usize> = raw.names.iter().zip(0..).map(|((key, _), at)| (*key, at)).collect();
-    let mut named: Vec<(usize, String, &[(Group, u32)])> = Vec::with_capacity(groups.len());
+    let given = |key: Group| order.get(&key).copied().filter(|&at| !raw.names[at].1.is_empty());
+    groups.sort_by_key(|group| given(group[0].0).unwrap_or(usize::MAX));
+    let mut sets: Vec<(String, Vec<u32>)> = Vec::with_capacity(groups.len());
+    let mut numbers = HashMap::new();
     for group in groups {
         let key = group[0].0;
-        let given = order.get(&key).copied().filter(|&at| !raw.names[at].1.is_empty());
-        let name = given.map_or_else(|| plain_name(key), |at| raw.names[at].1.clone());
-        named.push((given.unwrap_or(usize::MAX), name, group));
-    }
-    named.sort_by_key(|(order, ..)| *order);
-    let mut sets: Vec<(String, Vec<u32>)> = Vec::with_capacity(named.len());
-    let mut numbers = HashMap::new();
-    for (_, name, group) in named {
+        let name = given(key).map_or_else(|| plain_name(key), |at| raw.names[at].1.clone());
         let at = *numbers.entry(name.clone()).or_insert(sets.len());
         if at == sets.len() {
             sets.push((name, Vec::with_capacity(group.len())));

@@ -12,6 +12,7 @@
 //! constant gradients and need one point. The mass asks for N_a N_b: simplices get the rules of degree 2 with 3 and 4
 //! points (any book on finite elements; Strang and Fix, section 4.3), the others keep theirs.
 
+use crate::geometry::gauss::gauss_legendre;
 use crate::geometry::mesh::CellKind;
 
 /// Points of a reference cell with all that does not depend on where its corners are.
@@ -26,6 +27,9 @@ pub struct CellRule {
     /// dN_a/dxi, stored like the values; zero in missing directions.
     pub slopes: Vec<[f64; 3]>,
 }
+
+/// Gauss points a direction that leave no free mode beyond the rigid ones.
+const LEAST: usize = 2;
 
 /// Signs of the corners of a hexahedron; the first four, without the third, are those of a quadrilateral.
 const SIGNS: [[f64; 3]; 8] = [
@@ -42,10 +46,15 @@ const SIGNS: [[f64; 3]; 8] = [
 impl CellRule {
     /// The rule of the stiffness.
     pub fn of_stiffness(kind: CellKind) -> Self {
+        Self::gauss(kind, LEAST)
+    }
+
+    /// Gauss points for the stiffness, `count` in each direction of a quadrilateral or hexahedron; one in a simplex.
+    pub fn gauss(kind: CellKind, count: usize) -> Self {
         match kind {
-            CellKind::Triangle => Self::new(kind, vec![[1.0 / 3.0, 1.0 / 3.0, 0.0]], 0.5),
-            CellKind::Tetrahedron => Self::new(kind, vec![[0.25; 3]], 1.0 / 6.0),
-            CellKind::Quadrilateral | CellKind::Hexahedron => Self::two_a_direction(kind),
+            CellKind::Triangle => Self::new(kind, vec![[1.0 / 3.0, 1.0 / 3.0, 0.0]], vec![0.5]),
+            CellKind::Tetrahedron => Self::new(kind, vec![[0.25; 3]], vec![1.0 / 6.0]),
+            CellKind::Quadrilateral | CellKind::Hexahedron => Self::product(kind, count),
         }
     }
 
@@ -55,28 +64,29 @@ impl CellRule {
         match kind {
             CellKind::Triangle => {
                 let (near, far) = (1.0 / 6.0, 2.0 / 3.0);
-                Self::new(kind, vec![[near, near, 0.0], [far, near, 0.0], [near, far, 0.0]], 0.5)
+                Self::new(kind, vec![[near, near, 0.0], [far, near, 0.0], [near, far, 0.0]], vec![1.0 / 6.0; 3])
             }
             CellKind::Tetrahedron => {
                 let one_far = |axis: usize| [0, 1, 2].map(|a| if a == axis { far } else { near });
-                Self::new(kind, [3, 0, 1, 2].map(one_far).to_vec(), 1.0 / 6.0)
+                Self::new(kind, [3, 0, 1, 2].map(one_far).to_vec(), vec![1.0 / 24.0; 4])
             }
-            CellKind::Quadrilateral | CellKind::Hexahedron => Self::two_a_direction(kind),
+            CellKind::Quadrilateral | CellKind::Hexahedron => Self::product(kind, LEAST),
         }
     }
 
-    /// Two Gauss points in each direction, the last direction fastest.
-    fn two_a_direction(kind: CellKind) -> Self {
+    /// The product of one-dimensional rules of `count` points, the last direction fastest.
+    fn product(kind: CellKind, count: usize) -> Self {
         let d = kind.dimension();
-        let place = 1.0 / 3.0_f64.sqrt();
-        let sign = |q: usize, a: usize| if q >> (d - 1 - a) & 1 == 0 { -place } else { place };
-        let points = (0..1 << d).map(|q| [0, 1, 2].map(|a| if a < d { sign(q, a) } else { 0.0 })).collect();
-        Self::new(kind, points, f64::from(1 << d))
+        let (places, shares) = gauss_legendre(count);
+        let index = |q: usize, a: usize| q / count.pow((d - 1 - a) as u32) % count;
+        let all = 0..count.pow(d as u32);
+        let place = |q: usize| [0, 1, 2].map(|a| if a < d { places[index(q, a)] } else { 0.0 });
+        let weights = all.clone().map(|q| (0..d).map(|a| shares[index(q, a)]).product()).collect();
+        Self::new(kind, all.map(place).collect(), weights)
     }
 
-    /// Points that share the measure of the reference cell equally.
-    fn new(kind: CellKind, points: Vec<[f64; 3]>, measure: f64) -> Self {
-        let weights = vec![measure / points.len() as f64; points.len()];
+    /// Points and weights with the shape functions there.
+    fn new(kind: CellKind, points: Vec<[f64; 3]>, weights: Vec<f64>) -> Self {
         let (mut values, mut slopes) = (Vec::new(), Vec::new());
         for &xi in &points {
             for corner in 0..kind.corners() {

@@ -28,15 +28,25 @@ const KINDS: [CellKind; 4] = [CellKind::Triangle, CellKind::Quadrilateral, CellK
 /// # Errors
 /// None; smoothed methods on the same table have some.
 pub fn integration_points(mesh: &Mesh, thickness: f64) -> Result<IntegrationPoints<'_>> {
+    Ok(by_rules(mesh, KINDS.map(CellRule::of_stiffness), thickness))
+}
+
+/// The same elements with `count` Gauss points in each direction of quadrilaterals and hexahedra: distorted cells are then
+/// integrated more exactly, and are a little stiffer.
+pub fn with_gauss_points(mesh: &Mesh, count: usize, thickness: f64) -> IntegrationPoints<'_> {
+    by_rules(mesh, KINDS.map(|kind| CellRule::gauss(kind, count)), thickness)
+}
+
+fn by_rules(mesh: &Mesh, rules: [CellRule; 4], thickness: f64) -> IntegrationPoints<'_> {
     let thickness = if mesh.dimension() == 2 { thickness } else { 1.0 };
     let acting = (0..mesh.cells()).map(|cell| mesh.corners(cell).to_vec()).collect();
     let filled_by = |rules: [CellRule; 4]| {
         move |cell: usize, out: &mut ElementPoints| fill(mesh, &rules[mesh.kind(cell) as usize], cell, thickness, out)
     };
-    let stiffness = Box::new(filled_by(KINDS.map(CellRule::of_stiffness)));
     let mass = Box::new(filled_by(KINDS.map(CellRule::of_mass)));
-    let points = IntegrationPoints::new(mesh.dimension(), mesh.positions().len(), thickness, acting, stiffness);
-    Ok(points.with_mass_points(mass))
+    let stiffness = Box::new(filled_by(rules));
+    IntegrationPoints::new(mesh.dimension(), mesh.positions().len(), thickness, acting, stiffness)
+        .with_mass_points(mass)
 }
 
 /// The same elements with B-bar: the change of volume is taken from the mean gradients of the element.
