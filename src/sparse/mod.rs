@@ -11,6 +11,7 @@
 //! | `sweep` | down and up a factor, branches of its tree side by side |
 //! | [`cg`] | preconditioned conjugate gradients, for a matrix that is only applied |
 //! | [`vectors`] | products and sums of long vectors, whose bits do not depend on the threads |
+//! | [`block_jacobi`] | the inverses of the diagonal blocks, a preconditioner for time steps |
 //! | [`multigrid`] | a V-cycle on a grid of springs, a preconditioner whose work grows like the unknowns |
 //! | [`fast_diagonalisation`] | the inverse of a sum of Kronecker products, a preconditioner on boxes of splines |
 //! | `multifrontal` | the numbers of a factor, front by front, branches of its tree side by side |
@@ -18,6 +19,7 @@
 
 pub mod assemble;
 pub mod backward_error;
+pub mod block_jacobi;
 pub mod cg;
 pub mod cholesky;
 pub mod fast_diagonalisation;

@@ -7,8 +7,9 @@ use springfit::geometry::dofs::DofMap;
 use springfit::geometry::mesh::{CellKind, Mesh};
 use springfit::reference::material::Lame;
 use springfit::reference::methods::smoothed::{self, Smoothing};
+use springfit::reference::methods::{self, MethodBody};
 use springfit::reference::points::Part;
-use springfit::reference::{statics, stiffness};
+use springfit::reference::{mass, statics, stiffness};
 use springfit::sparse::cholesky::Symbolic;
 use springfit::sparse::ordering::minimum_degree;
 
@@ -251,4 +252,24 @@ fn meshes_that_cannot_be_smoothed_are_refused_with_their_cells() {
     let mut hexahedron = Mesh::new(3, vec![[0.0; 3]; 8]);
     hexahedron.push(CellKind::Hexahedron, &[0, 1, 2, 3, 4, 5, 6, 7]);
     assert!(smoothed::domains(&hexahedron, Smoothing::Element, 1.0).is_err());
+}
+
+/// Averaging the strain does not touch the mass: consistent and lumped masses are those of the plain elements.
+#[test]
+fn smoothed_methods_have_the_mass_of_their_cells() {
+    let mesh = beam([3, 2, 2], 0.4, 8);
+    let dofs = free(mesh.positions().len());
+    let of = |name: &str| {
+        let MethodBody::Mesh { points, .. } = methods::find(name).expect("in the table").body else { panic!("a mesh") };
+        let points = points(&mesh, 1.0).expect("tetrahedra");
+        let pattern = stiffness::pattern(&points, &dofs);
+        let consistent = mass::consistent(&points, DENSITY, &dofs, &pattern).expect("no folds");
+        (dense(&consistent), mass::lumped(&points, DENSITY, &dofs).expect("no folds"))
+    };
+    let (consistent, lumped) = of("t4");
+    for name in ["smoothed_face", "smoothed_edge", "smoothed_node", "smoothed_selective"] {
+        let (matrix, masses) = of(name);
+        assert!((&matrix - &consistent).amax() < 1e-14 * consistent.amax(), "{name}");
+        masses.iter().zip(&lumped).for_each(|(ours, theirs)| assert!((ours / theirs - 1.0).abs() < 1e-13, "{name}"));
+    }
 }

@@ -10,6 +10,10 @@ use springfit::reference::corotational::statics::{self, Search};
 use springfit::reference::methods::smoothed::{Domains, Smoothing};
 use springfit::reference::methods::t10;
 use springfit::rng::Stream;
+use springfit::sparse::block_jacobi::BlockJacobi;
+use springfit::sparse::cg;
+use springfit::sparse::cholesky::{Factor, Symbolic};
+use springfit::sparse::ordering::minimum_degree;
 
 const TANGENTS: [Tangent; 3] = [Tangent::Warped, Tangent::Exact, Tangent::Positive];
 
@@ -258,4 +262,35 @@ fn smoothed_fem_json_corotational_tips() {
     let expected = &numbers["t10_ref"]["(10, 2, 2)"];
     assert!((down / expected["corot_tip"].as_f64().expect("tip") - 1.0).abs() < 1e-8, "{down}");
     assert!((along / expected["corot_tip_dx"].as_f64().expect("dx") - 1.0).abs() < 1e-8, "{along}");
+}
+
+/// Conjugate gradients on the product without a matrix, against the factored matrix.
+#[test]
+fn the_product_without_a_matrix_serves_conjugate_gradients() {
+    let mesh = beam([6, 2, 2], 0.3, 1);
+    let dofs = clamped(mesh.positions());
+    let domains = smoothed_domains(&mesh, Smoothing::Face);
+    let mut held = Held::new(domains, mesh.positions(), lame(0.3), dofs).expect("in space");
+    held.place(&shaken(&held, 0.005, 3));
+    let matrix = filled(&mut held, Tangent::Positive);
+    let right = shaken(&held, 1.0, 4);
+    let order = minimum_degree(held.pattern()).expect("small");
+    let mut factor = Factor::new(Symbolic::analyse(held.pattern(), order).expect("small"));
+    factor.load(&matrix);
+    factor.refactor().expect("held");
+    let (mut direct, mut iterated) = (vec![0.0; right.len()], vec![0.0; right.len()]);
+    factor.solve(&right, &mut direct).expect("accurate");
+    let mut jacobi = BlockJacobi::new(held.pattern(), |dof| held.dofs().owner(dof).0);
+    jacobi.load(matrix.values());
+    let mut work = cg::Workspace::new(right.len());
+    let apply = &mut |p: &[f64], q: &mut [f64]| held.apply(p, q);
+    let precondition = &mut |r: &[f64], z: &mut [f64]| jacobi.apply(r, z);
+    let outcome = cg::solve(apply, precondition, &right, &mut iterated, 1e-10, 2000, &mut work);
+    assert!(outcome.reached(1e-10), "{outcome:?}");
+    let size = direct.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    direct.iter().zip(&iterated).for_each(|(a, b)| assert!((a - b).abs() < 1e-7 * size, "{a} {b}"));
+    let mut plain = vec![0.0; right.len()];
+    let mut copy = |r: &[f64], z: &mut [f64]| z.copy_from_slice(r);
+    let unaided = cg::solve(apply, &mut copy, &right, &mut plain, 1e-10, 2000, &mut work);
+    assert!(outcome.iterations < unaided.iterations, "{outcome:?} {unaided:?}");
 }

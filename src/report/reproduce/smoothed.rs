@@ -152,14 +152,17 @@ pub fn table(found: &Comparison) -> String {
     write_rows(&mut text, &found.swings, ["amplitude", "return s"], None);
     let _ = writeln!(
         text,
-        "\none step, processor milliseconds\n{:<20}{:<9}{:>8}{:>9}{:>16}{:>10}{:>16}",
-        "method", "cells", "domains", "blocks", "rotation+force", "assembly", "factor+solve"
+        "\none step, processor milliseconds\n{:<20}{:<9}{:>8}{:>9}{:>16}{:>10}{:>10}{:>10}{:>12}",
+        "method", "cells", "domains", "blocks", "rotation+force", "assembly", "Cholesky", "CG", "iterations"
     );
     for Timed { method, cells, cost } in &found.steps {
-        let [force, assembly, solve] = [cost.force, cost.assembly, cost.solve].map(|seconds| 1e3 * seconds);
-        let (cells, Cost { domains, blocks, .. }) = (name(*cells), cost);
-        let _ =
-            writeln!(text, "{method:<20}{cells:<9}{domains:>8}{blocks:>9}{force:>16.2}{assembly:>10.2}{solve:>16.2}");
+        let times = [cost.force, cost.assembly, cost.direct, cost.iterative].map(|seconds| 1e3 * seconds);
+        let [force, assembly, direct, iterative] = times;
+        let (cells, Cost { domains, blocks, iterations, .. }) = (name(*cells), cost);
+        let _ = writeln!(
+            text,
+            "{method:<20}{cells:<9}{domains:>8}{blocks:>9}{force:>16.2}{assembly:>10.2}{direct:>10.2}{iterative:>10.2}{iterations:>12}"
+        );
     }
     text
 }
