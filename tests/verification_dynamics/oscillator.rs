@@ -64,9 +64,9 @@ fn d1_the_printed_half_step_form_is_not_ours() {
 #[test]
 fn d4_energy_of_leapfrog_swings_by_its_formula_and_does_not_drift() {
     for (step, excursion, expected_drift) in
-        [(0.05, 0.024674004611617062, -6.7202510920464e-05), (0.01, 0.0009869604394130427, -8.449642247715189e-09)]
+        [(0.05_f64, 0.024674004611617062, -6.7202510920464e-05), (0.01, 0.0009869604394130427, -8.449642247715189e-09)]
     {
-        let per_period = (1.0 / step as f64).round() as u64;
+        let per_period = (1.0 / step).round() as u64;
         let (mut energies, mut shadows) = (vec![0.5 * OMEGA * OMEGA], Vec::new());
         let limit = (OMEGA * step).powi(2) / 4.0;
         swing(&mut oscillator(OMEGA, 0.0), "leapfrog", step, 200 * per_period, &[1.0], &mut |stepper| {

@@ -91,9 +91,9 @@ fn growth(body: &Body, alpha: Option<f64>, name: &str, step: f64) -> f64 {
 fn fastest(body: &Linearised, step: f64) -> Vec<f64> {
     let n = body.masses.len();
     let mut apply = |x: &[f64], out: &mut [f64]| {
-        for row in 0..n {
+        for (row, out) in out.iter_mut().enumerate() {
             let entries = body.pattern.offsets()[row]..body.pattern.offsets()[row + 1];
-            out[row] = body.pattern.row(row).iter().zip(entries).fold(0.0, |sum, (&column, e)| {
+            *out = body.pattern.row(row).iter().zip(entries).fold(0.0, |sum, (&column, e)| {
                 let entry = step * step * body.stiffness[e] + 2.0 * step * body.damping[e];
                 sum + entry * x[column] / (body.masses[row] * body.masses[column]).sqrt()
             });
