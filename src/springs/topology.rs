@@ -1,4 +1,4 @@
-//! Which nodes of a structured grid are joined by springs; [`super::mesh_topology`] does the same on any mesh.
+//! Which nodes of a structured grid are joined by springs; `mesh_topology` does the same on any mesh.
 //!
 //! The full pattern joins every two nodes whose index offset lies in {-1,0,1}^d: d directions of edges, the diagonals of
 //! the cell faces, and in three dimensions the four diagonals of each cell (section 3.1 of the thesis). Each unordered
