@@ -73,8 +73,8 @@ fn every_shape_is_a_body_under_every_method_that_it_does_not_fold() {
         let mut measures = BTreeMap::new();
         for method in METHODS.iter().filter(|method| method.dimension().is_none_or(|own| own == shape.dimension)) {
             let scene = parsed(&text(shape.name, &counts, method.name, shape.fixed_face, force));
-            let body = body::build(&scene).expect("a body");
-            match reference(&body, &scene) {
+            // smoothing domains are built with the body, and find a folded cell there
+            match body::build(&scene).and_then(|body| reference(&body, &scene)) {
                 Ok(found) => {
                     assert!(found.cases[0].compliance > 0.0 && found.backward_error < 1e-10);
                     measures.insert(method.name, found.measure);
