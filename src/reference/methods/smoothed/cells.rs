@@ -88,7 +88,7 @@ impl Cells {
 /// Gradients of a simplex and its determinant, 6 (space) or 2 (plane) times its measure.
 ///
 /// # Errors
-/// [`Error::Input`] at `geometry` when the determinant is not positive.
+/// [`Error::FoldedElement`] when the determinant is not positive.
 pub(in crate::reference::methods) fn simplex(mesh: &Mesh, cell: usize) -> Result<([[f64; 3]; 4], f64)> {
     let place = |a: usize| mesh.positions()[mesh.corners(cell)[a] as usize];
     let edge = |a: usize| [0, 1, 2].map(|i| place(a)[i] - place(0)[i]);
@@ -96,14 +96,8 @@ pub(in crate::reference::methods) fn simplex(mesh: &Mesh, cell: usize) -> Result
     let normals = [cross(edges[1], edges[2]), cross(edges[2], edges[0]), cross(edges[0], edges[1])];
     let determinant: f64 = (0..3).map(|i| edges[0][i] * normals[0][i]).sum();
     if determinant.is_nan() || determinant <= 0.0 {
-        return Err(Error::input(
-            "geometry",
-            format!(
-                "cell {cell} with the nodes {:?} has the Jacobian determinant {determinant:.3e}",
-                mesh.corners(cell)
-            ),
-            "cells of positive measure, corners in positive order; no two nodes of a cell at one place",
-        ));
+        let centre = vec![1.0 / (mesh.dimension() + 1) as f64; mesh.dimension()];
+        return Err(Error::FoldedElement { element: vec![cell], point: centre, determinant });
     }
     let [g1, g2, mut g3] = normals.map(|normal| normal.map(|n| n / determinant));
     if mesh.dimension() == 2 {
