@@ -8,7 +8,8 @@
 //! ```
 //!
 //! The part with beta_R does not resist the rigid spin of a body at rest length. Of a strained one it does, a little: the
-//! rate that it sees is sym(w x S) with S = R^T F, and that vanishes only for S = 1. alpha_R resists every motion.
+//! rate that it sees is sym(W S), where W x is the spin crossed with x and S = R^T F, and that vanishes only for S = 1. alpha_R
+//! resists every motion.
 //!
 //! The tangent that integrators get is a choice. Newton's method wants the exact one; semi-implicit Euler, which takes
 //! one step with it, is safest with the warped one.
