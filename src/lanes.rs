@@ -170,16 +170,17 @@ mod registers {
     pub unsafe fn inverse_root<const REGISTERS: u8>(a: Lanes) -> Lanes {
         unsafe {
             if REGISTERS == AVX512 {
-                let all = |value| _mm512_set1_pd(value);
-                let a = _mm512_max_pd(transmute(a), all(f64::MIN_POSITIVE));
+                let a = _mm512_max_pd(transmute(a), _mm512_set1_pd(f64::MIN_POSITIVE));
                 let r = _mm512_rsqrt14_pd(a);
-                let e = _mm512_fnmadd_pd(_mm512_mul_pd(a, r), r, all(1.0));
-                let series = _mm512_fmadd_pd(_mm512_fmadd_pd(e, all(0.3125), all(0.375)), e, all(0.5));
+                let e = _mm512_fnmadd_pd(_mm512_mul_pd(a, r), r, _mm512_set1_pd(1.0));
+                let cubic = _mm512_fmadd_pd(e, _mm512_set1_pd(0.3125), _mm512_set1_pd(0.375));
+                let series = _mm512_fmadd_pd(cubic, e, _mm512_set1_pd(0.5));
                 return transmute::<__m512d, Lanes>(_mm512_fmadd_pd(_mm512_mul_pd(r, e), series, r));
             }
             let (least, one) = (_mm256_set1_pd(f64::MIN_POSITIVE), _mm256_set1_pd(1.0));
-            let halves: [__m256d; 2] = transmute(a);
-            transmute(halves.map(|a| _mm256_div_pd(one, _mm256_sqrt_pd(_mm256_max_pd(a, least)))))
+            let [a, b]: [__m256d; 2] = transmute(a);
+            let (a, b) = (_mm256_sqrt_pd(_mm256_max_pd(a, least)), _mm256_sqrt_pd(_mm256_max_pd(b, least)));
+            transmute([_mm256_div_pd(one, a), _mm256_div_pd(one, b)])
         }
     }
 }
