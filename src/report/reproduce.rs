@@ -2,7 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `linear`, `chapter4`, [`release`] | chapter 4 and table 5.6 of the thesis: the objectives that are linear in the stiffness |
+//! | `linear`, `chapter4`, `meshes`, [`release`] | chapter 4 and table 5.6 of the thesis: the objectives that are linear in the stiffness |
 //! | `displacement` | the other tables of chapter 5: displacement calibrations |
 //! | [`motion`] | experiments 4.II and 5.V: networks in motion |
 //! | [`smoothed`] | the second source: smoothed finite elements on good and bad meshes |
@@ -13,6 +13,7 @@
 mod chapter4;
 mod displacement;
 mod linear;
+mod meshes;
 pub mod motion;
 pub mod release;
 pub mod smoothed;

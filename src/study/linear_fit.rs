@@ -27,6 +27,9 @@ use super::fit::Given;
 use super::loads::LoadCase;
 use super::network::Lattice;
 
+/// Forces on free nodes below this fraction of the largest force of a state are rounding.
+const AT_REST: f64 = 1e-10;
+
 /// What springs are compared with, the same for every grouping.
 pub enum Goal {
     /// The displacements of the reference.
@@ -169,6 +172,12 @@ fn state(body: &Body, name: String, displacement: Vec<[f64; 3]>) -> Result<accel
         for (&dof, force) in body.dofs.free(node).iter().zip(force).filter(|(dof, _)| **dof != FIXED) {
             resistance[dof as usize] += force;
         }
+    }
+    let largest = |numbers: &mut dyn Iterator<Item = f64>| numbers.fold(0.0, |most: f64, f| most.max(f.abs()));
+    let everywhere = largest(&mut forces.iter().flatten().copied());
+    if largest(&mut resistance.iter().copied()) <= AT_REST * everywhere {
+        // a uniform stretch pulls at the boundary only: with all of that held, free nodes rest up to rounding
+        resistance.fill(0.0);
     }
     Ok(acceleration::State { name, displacement, resistance })
 }

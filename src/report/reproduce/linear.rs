@@ -1,4 +1,4 @@
-//! Tables 4.2, 4.3, 4.4 and 5.6 and experiment 4.I: acceleration and matrix approach, theirs beside ours.
+//! Tables 4.2, 4.3, 4.4 and 5.6 and experiments 4.I and 4.IV: acceleration and matrix approach, theirs beside ours.
 
 use std::fmt::Write;
 
@@ -10,6 +10,7 @@ use crate::scene::{self, Source};
 use crate::study;
 
 use super::chapter4::{APPROACHES, BODIES, Body, Kind, MATERIALS, RELEASE, SPLINES, Spline};
+use super::meshes;
 use super::release::{self, TRUTH};
 
 /// The tables and experiments of this file: number and title.
@@ -18,6 +19,7 @@ pub const TABLES: &[(&str, &str)] = &[
     ("4.2", "stiffness by the acceleration approach, N/m"),
     ("4.3", "errors of matrix and acceleration approach"),
     ("4.4", "acceleration approach for other materials"),
+    ("4.IV", "experiment IV: irregular membranes, groups by length"),
     ("5.6", "displacement against matrix approach under splines of degree two"),
 ];
 
@@ -52,19 +54,23 @@ pub fn run(table: &'static str, progress: &Progress) -> Result<Vec<Row>> {
         "4.4" => bodies(table, MATERIALS, |kind| kind == Kind::Acceleration, progress),
         "4.2" => bodies(table, BODIES, |kind| kind == Kind::Acceleration, progress),
         "4.3" => bodies(table, BODIES, |_| true, progress),
+        "4.IV" => meshes::run(table, progress),
         _ => splines(table, progress),
     }
 }
 
 /// What a scene gave.
-struct Found {
-    errors: [f64; 2],
-    stiffness: Vec<(String, f64)>,
+pub(super) struct Found {
+    /// e_rms and e_max, percent.
+    pub errors: [f64; 2],
+    /// Name and stiffness of the groups, N/m.
+    pub stiffness: Vec<(String, f64)>,
     /// Percent of K_ref where no spring is.
     outside: Option<f64>,
 }
 
-fn calibrate(name: &str, text: String, progress: &Progress) -> Result<Found> {
+/// Runs a scene.
+pub(super) fn calibrate(name: &str, text: String, progress: &Progress) -> Result<Found> {
     let source = Source { name: name.to_owned(), text };
     let scene = scene::parse(&source).map_err(|located| located.error)?;
     let found = study::run(&scene, progress)?.calibration;
