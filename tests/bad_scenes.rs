@@ -14,6 +14,14 @@ type Expectation = (&'static str, usize, [&'static str; 2]);
 
 /// The input is wrong: exit status 2.
 const WRONG_INPUT: &[Expectation] = &[
+    (
+        "acceleration_at_rest",
+        16,
+        [
+            "calibration.acceleration.snapshots: no free node of the continuum is pulled in the state snapshots[0]",
+            "give a state that deforms the body",
+        ],
+    ),
     ("alpha_zero", 13, ["dynamics.alpha: 0 is not positive", "give a number above 0"]),
     ("broken_string", 3, ["line 3: not TOML", "strings need quotes"]),
     ("broken_table", 2, ["line 2: not TOML: unclosed table", "a line is KEY = VALUE, [TABLE] or [[load]]"]),
