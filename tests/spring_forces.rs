@@ -6,6 +6,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use springfit::dynamics::forces::SpringForces;
 use springfit::geometry::dofs::DofMap;
 use springfit::geometry::grid::Grid;
+use springfit::springs::force;
 use springfit::springs::network::{Kind, Network, Spring};
 use springfit::springs::topology;
 
@@ -57,18 +58,15 @@ impl State {
             (vec![[0.0; 3]; self.positions.len()], vec![0.0; self.positions.len()], 0.0);
         for (s, spring) in self.network.springs.iter().enumerate() {
             let [a, b] = spring.nodes.map(|node| node as usize);
-            let d = minus(self.positions[b], self.positions[a]);
-            let w = minus(self.velocities[b], self.velocities[a]);
-            let (k, c, length) = (self.stiffness[s], if damped { self.damping[s] } else { 0.0 }, norm(d));
-            energy += 0.5 * k * (length - spring.length).powi(2);
-            if length > 0.0 {
-                let n = d.map(|d| d / length);
-                let pull = k * (length - spring.length) + c * dot(w, n);
-                out[a] = plus(out[a], n.map(|n| pull * n));
-                out[b] = minus(out[b], n.map(|n| pull * n));
-            }
+            let (x, y, v, w) = (self.positions[a], self.positions[b], self.velocities[a], self.velocities[b]);
+            let (k, c) = (self.stiffness[s], if damped { self.damping[s] } else { 0.0 });
+            let (length, approach) = (norm(minus(y, x)), norm(minus(w, v)));
+            energy += force::energy(k, spring.length, x, y);
+            let pull = plus(force::elastic(k, spring.length, x, y), force::damping(c, x, y, v, w));
+            out[a] = plus(out[a], pull);
+            out[b] = minus(out[b], pull);
             for node in [a, b] {
-                scale[node] += k * (length + spring.length) + c * norm(w);
+                scale[node] += k * (length + spring.length) + c * approach;
             }
         }
         (out, scale, energy)

@@ -139,9 +139,14 @@ fn momenta(body: &Body, stepper: &Stepper) -> [f64; 6] {
 #[test]
 fn free_networks_keep_momentum_and_angular_momentum() {
     for body in [free_membrane(), free_block()] {
-        for (name, angular) in
-            [("leapfrog", 1e-11), ("central_difference", 1e-11), ("midpoint", 1e-8), ("implicit_euler", 1.0)]
-        {
+        // the last two do not promise the angular momentum: their velocity belongs to another place, or is damped
+        let names = [
+            ("leapfrog", Some(1e-11)),
+            ("midpoint", Some(1e-8)),
+            ("central_difference", None),
+            ("implicit_euler", None),
+        ];
+        for (name, angular) in names {
             let mut model = body.model((name != "leapfrog").then_some(100.0));
             let n = model.unknowns();
             let (rest, velocity) = (vec![0.0; n], noise(n, 1.0));
@@ -154,9 +159,7 @@ fn free_networks_keep_momentum_and_angular_momentum() {
             for a in 0..3 {
                 assert!((before[a] - after[a]).abs() < 1e-9, "{} {name}: {before:?} {after:?}", body.name);
             }
-            if name == "implicit_euler" || name == "central_difference" {
-                continue;
-            }
+            let Some(angular) = angular else { continue };
             for a in 3..6 {
                 assert!((before[a] - after[a]).abs() < angular, "{} {name}: {before:?} {after:?}", body.name);
             }

@@ -1,37 +1,10 @@
-//! Quadrilaterals and hexahedra on a structured grid of points, and flat meshes drawn out into space.
+//! Boxes of equal cells (see [`crate::geometry::grid_mesh`]), and flat meshes drawn out into space.
 //!
-//! Nodes of a grid are numbered as in [`Grid`], the last index fastest, so the mesh on the control grid of a patch has the nodes
-//! of the patch. Node i in layer k of a drawn-out mesh has the number i + k n, n nodes in a layer.
+//! Nodes of a box are numbered as in [`Grid`], the last index fastest. Node i in layer k of a drawn-out mesh has the number i + k n, n nodes in a layer.
 
 use crate::geometry::grid::Grid;
+use crate::geometry::grid_mesh::mesh_of_grid;
 use crate::geometry::mesh::{CellKind, Mesh};
-
-/// The cells of a grid between its points: quadrilaterals with two directions, hexahedra with three. They have a
-/// positive measure when the directions of the grid are right-handed.
-///
-/// # Panics
-/// When there are not as many points as the grid has nodes, or more than u32 can number.
-pub fn structured(grid: &Grid, points: Vec<[f64; 3]>) -> Mesh {
-    assert_eq!(grid.len(), points.len(), "a point for every node of the grid");
-    assert!(u32::try_from(points.len()).is_ok(), "the nodes can be numbered");
-    let mut mesh = Mesh::new(grid.dimension(), points);
-    let cells = grid.extents().map(|nodes| nodes.saturating_sub(1));
-    let flat = grid.dimension() == 2;
-    for i in 0..cells[0] {
-        for j in 0..cells[1] {
-            for k in 0..if flat { 1 } else { cells[2] } {
-                let square =
-                    |k| [[i, j, k], [i + 1, j, k], [i + 1, j + 1, k], [i, j + 1, k]].map(|at| grid.node(at) as u32);
-                if flat {
-                    mesh.push(CellKind::Quadrilateral, &square(0));
-                } else {
-                    mesh.push(CellKind::Hexahedron, &[square(k), square(k + 1)].concat());
-                }
-            }
-        }
-    }
-    mesh
-}
 
 /// The box [0, size] (m) in `cells` cells along each axis; flat, in quadrilaterals, when `cells[2]` is 0.
 ///
@@ -47,8 +20,8 @@ pub fn regular(size: [f64; 3], cells: [usize; 3]) -> Mesh {
         let index = grid.index(node);
         std::array::from_fn(|axis| along(axis, index[axis]))
     };
-    let points = (0..grid.len()).map(at).collect();
-    structured(&grid, points)
+    let kind = if dimension == 2 { CellKind::Quadrilateral } else { CellKind::Hexahedron };
+    mesh_of_grid(&grid, (0..grid.len()).map(at).collect(), kind)
 }
 
 /// Quadrilaterals drawn out along z into `layers` layers of hexahedra, to the height `length` (m).
