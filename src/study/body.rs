@@ -63,6 +63,10 @@ pub fn build(scene: &Scene) -> Result<Body> {
     let extra_points = resolved.reference.extra_gauss_points;
     warnings.extend(material.locking_warning(dimension, plane));
     let mut body = Body { resolved, continuum, method, dofs, lame, thickness, extra_points, warnings };
+    if scene.converged.is_some() {
+        // asked now, for it is needed at the end only
+        body.patch()?;
+    }
     if scene.geometry.file.is_some() {
         // our own shapes are as we made them (the torus is left-handed by its grid order): nothing to tell about those
         let remarks = body.integration_points()?.warnings().to_vec();
