@@ -9,9 +9,12 @@
 //! 6. the same body on a finer mesh, if the scene asks for it: the error of the mesh beside that of the springs ([`converged`]);
 //! 7. masses, damping, safe steps and motions if the scene asks for them ([`mod@motion`]).
 //!
+//! A scene with a budget is run at several resolutions, and the cheapest network that meets it is kept ([`mod@budget`]).
+//!
 //! This is the only room that knows all rooms below.
 
 pub mod body;
+pub mod budget;
 pub mod continuum;
 pub mod converged;
 pub mod fit;
@@ -54,6 +57,8 @@ pub struct Study {
     pub converged: Option<converged::Converged>,
     /// Masses, damping, safe steps and motions, if the scene has `[dynamics]`.
     pub dynamics: Option<motion::Dynamics>,
+    /// What became of the budget, if the scene has one.
+    pub budget: Option<budget::Outcome>,
     /// What the user should know.
     pub warnings: Vec<String>,
     /// Seconds of each stage, in order.
@@ -92,12 +97,20 @@ impl Study {
     }
 }
 
-/// Runs a checked scene.
+/// Runs a checked scene; one with a budget at the resolution and with the groups that the budget chooses ([`mod@budget`]).
 ///
 /// # Errors
 /// [`Error::Input`] where a value does not fit the body; [`Error::Mechanism`] and its kin where the numbers do not allow
-/// it; [`Error::Interrupted`].
+/// it; [`Error::Interrupted`]. A budget that is not met is no error here: see [`budget::Outcome::check`].
 pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
+    match &scene.budget {
+        Some(given) => budget::run(scene, given, progress),
+        None => run_one(scene, progress),
+    }
+}
+
+/// Runs a scene at its own resolution.
+fn run_one(scene: &Scene, progress: &Progress) -> Result<Study> {
     let mut seconds = Vec::new();
     let mut timed = |stage: &'static str, watch: Stopwatch| seconds.push((stage, watch.seconds()));
 
@@ -125,7 +138,7 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
         let given = Given { scene: &scene, body: &body, loads: &loads, reference: &reference, lattice };
         fit::calibrate(given, progress)
     };
-    let calibration = match fit_on(&lattice) {
+    let mut calibration = match fit_on(&lattice) {
         // groups far apart can make a body hard that a trial with equal springs took for easy
         Err(Error::Inaccurate { .. }) if lattice.symbolic.is_none() && scene.solver.path == solver::Path::Auto => {
             lattice = lattice.analysed(&scene, &body, Some("it did not converge for the groups of this body"))?;
@@ -133,6 +146,9 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
         }
         outcome => outcome,
     }?;
+    if scene.budget.is_some() {
+        drop_absent(&mut lattice, &mut calibration);
+    }
     timed("calibration", watch);
 
     let watch = Stopwatch::start();
@@ -151,7 +167,14 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
     warnings.extend(lattice.warnings.iter().cloned());
     warnings.extend(linear_fit::warning(&scene, &body));
     warnings.extend(calibration.warning());
-    Ok(Study { scene, body, loads, reference, lattice, calibration, converged, dynamics, warnings, seconds })
+    Ok(Study { scene, body, loads, reference, lattice, calibration, converged, dynamics, budget: None, warnings, seconds })
+}
+
+/// Leaves out the springs without stiffness, and the groups that have no others.
+fn drop_absent(lattice: &mut Lattice, found: &mut Calibration) {
+    let kept: Vec<bool> = found.stiffness.iter().map(|k| *k > 0.0).collect();
+    lattice.retain(&kept);
+    found.retain(&kept);
 }
 
 /// The continuum under all loads.

@@ -27,7 +27,7 @@ pub struct Call {
 }
 
 const EXIT_STATUS: &str = "Exit status: 0 done; 2 the input or the call is wrong; 3 the numbers do not allow it; \
-                           130 interrupted.";
+                           4 a budget cannot be met; 130 interrupted.";
 
 #[derive(Debug, Subcommand)]
 enum Command {

@@ -41,6 +41,7 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     known("springs.grouping", &scene.springs.grouping, &names("springs.grouping"))?;
     calibration::check(&scene.calibration)?;
     check_solver(&scene.solver)?;
+    check_budget(scene)?;
     if let Some(dynamics) = &scene.dynamics {
         dynamics::check(scene, dynamics)?;
     }
@@ -189,11 +190,27 @@ fn check_solver(solver: &Solver) -> Result<()> {
     Err(Error::input("solver.tolerance", message, format!("give a number from {least:e} to {most:e}")))
 }
 
+fn check_budget(scene: &Scene) -> Result<()> {
+    let Some(budget) = &scene.budget else { return Ok(()) };
+    positive("budget.max_error", budget.max_error)?;
+    budget.step_time.map_or(Ok(()), |seconds| positive("budget.step_time", seconds))?;
+    if scene.geometry.file.is_some() {
+        let help = "name a shape, which comes at every resolution, or remove [budget]";
+        return Err(Error::input("budget", "a body from a file has one resolution", help));
+    }
+    for (i, &count) in budget.finest.iter().flatten().enumerate() {
+        within(&format!("budget.finest[{i}]"), count, 2, MOST_CONTROL_POINTS)?;
+    }
+    Ok(())
+}
+
 fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
     let geometry = &scene.geometry;
     length("geometry.size", geometry.size.as_ref().map(Vec::len), dimension)?;
     length("geometry.control_points", geometry.control_points.as_ref().map(Vec::len), dimension)?;
     length("geometry.degree", geometry.degree.as_ref().map(Vec::len), dimension)?;
+    let finest = scene.budget.as_ref().and_then(|budget| budget.finest.as_ref());
+    length("budget.finest", finest.map(Vec::len), dimension)?;
     let region = scene.support.r#box.as_ref();
     length("support.box.min", region.map(|region| region.min.len()), dimension)?;
     length("support.box.max", region.map(|region| region.max.len()), dimension)?;

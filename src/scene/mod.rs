@@ -14,6 +14,7 @@
 //! in by [`resolve`].
 
 mod body;
+mod budget;
 mod calibration;
 mod check;
 mod check_load;
@@ -36,6 +37,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use body::{Axis, BoxRegion, Geometry, Material, Support};
+pub use budget::Budget;
 pub use calibration::{Annealing, Calibration, Gamma, GammaSweep, GaussNewton};
 pub use check::{check, check_body, check_method};
 pub use choices::{Choice, KINDS, Kind};
@@ -84,6 +86,9 @@ pub struct Scene {
     /// How the springs are solved.
     #[serde(default)]
     pub solver: Solver,
+    /// How wrong and how slow the network may be; absent: the network is built as the other tables say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub budget: Option<Budget>,
     /// Masses, damping and motion; absent: none of them is computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dynamics: Option<Dynamics>,

@@ -47,6 +47,7 @@ fn example(shape: &Shape) -> Scene {
         springs: Springs::default(),
         calibration: Calibration::default(),
         solver: Solver::default(),
+        budget: None,
         dynamics: None,
     }
 }

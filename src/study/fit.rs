@@ -57,6 +57,25 @@ pub struct Calibration {
 }
 
 impl Calibration {
+    /// Keeps only some springs, and the groups that still have some.
+    ///
+    /// # Panics
+    /// When there is not one word for every spring.
+    pub fn retain(&mut self, kept: &[bool]) {
+        network::retain(&mut self.stiffness, kept);
+        network::retain(&mut self.grouping.group_of, kept);
+        let mut counts = vec![0; self.grouping.groups.len()];
+        self.grouping.group_of.iter().for_each(|&group| counts[group as usize] += 1);
+        let filled: Vec<bool> = counts.iter().map(|&count| count > 0).collect();
+        let before = |group: usize| filled[..group].iter().filter(|filled| **filled).count() as u32;
+        let numbers: Vec<u32> = (0..filled.len()).map(before).collect();
+        self.grouping.group_of.iter_mut().for_each(|group| *group = numbers[*group as usize]);
+        self.grouping.groups.iter_mut().zip(counts).for_each(|(group, count)| group.springs = count);
+        network::retain(&mut self.grouping.groups, &filled);
+        network::retain(&mut self.phi, &filled);
+        network::retain(&mut self.upper, &filled);
+    }
+
     /// A word where the bounds, not the optimiser, decide: every group is at its upper bound.
     pub fn warning(&self) -> Option<String> {
         let at_bound = |(phi, upper): (&f64, &f64)| *phi >= (1.0 - 1e-9) * upper;
