@@ -21,6 +21,8 @@ use super::{BoxRegion, Gamma, GammaSweep, Geometry, Plane, Scene, Solver};
 
 /// Most control points of a grid.
 const MOST_CONTROL_POINTS: usize = 100_000_000;
+/// Most groups that a grouping may be asked for.
+const MOST_GROUPS: usize = 1_000_000;
 /// Smallest and largest tolerance of the iterative solver: below is rounding, above the error would show it.
 const TOLERANCES: [f64; 2] = [1e-14, 1e-6];
 
@@ -35,7 +37,9 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     check_load::check(&scene.load)?;
     check_reference(scene)?;
     known("springs.topology", &scene.springs.topology, &names("springs.topology"))?;
+    known("springs.profile", &scene.springs.profile, &names("springs.profile"))?;
     known("springs.grouping", &scene.springs.grouping, &names("springs.grouping"))?;
+    within("springs.groups", scene.springs.groups, 1, MOST_GROUPS)?;
     calibration::check(&scene.calibration)?;
     check_solver(&scene.solver)?;
     if let Some(dynamics) = &scene.dynamics {
