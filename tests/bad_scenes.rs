@@ -123,6 +123,8 @@ const WRONG_INPUT: &[Expectation] = &[
         12,
         ["calibration.gamma: 0 is out of range", "give a number above 0 and below 1, or { start = 0.8, step = 0.1 }"],
     ),
+    ("groups_zero", 12, ["springs.groups: 0 is out of range", "give a whole number from 1 to 1000000"]),
+    ("profile", 12, ["springs.profile: unknown name \"stiffness\"", "known names are constant, axial_rigidity"]),
     ("gauss_points", 12, ["reference.extra_gauss_points: 1000 is out of range", "give a whole number from 0 to 32"]),
     ("infinite", 5, ["material.young: inf is not a finite number", "give a finite number"]),
     ("later_budget", 11, ["budget: unknown key", "known keys here are name, geometry"]),

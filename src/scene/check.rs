@@ -23,6 +23,8 @@ use super::{BoxRegion, Converged, Gamma, GammaSweep, Geometry, Plane, Scene, Sol
 const MOST_CONTROL_POINTS: usize = 100_000_000;
 /// Most halvings and elevations of the finer mesh.
 const MOST_REFINEMENTS: usize = 4;
+/// Most groups that a grouping may be asked for.
+const MOST_GROUPS: usize = 1_000_000;
 /// Smallest and largest tolerance of the iterative solver: below is rounding, above the error would show it.
 const TOLERANCES: [f64; 2] = [1e-14, 1e-6];
 
@@ -38,7 +40,9 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     check_reference(scene)?;
     check_converged(scene)?;
     known("springs.topology", &scene.springs.topology, &names("springs.topology"))?;
+    known("springs.profile", &scene.springs.profile, &names("springs.profile"))?;
     known("springs.grouping", &scene.springs.grouping, &names("springs.grouping"))?;
+    within("springs.groups", scene.springs.groups, 1, MOST_GROUPS)?;
     calibration::check(&scene.calibration)?;
     check_solver(&scene.solver)?;
     check_budget(scene)?;
