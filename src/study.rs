@@ -167,7 +167,19 @@ fn run_one(scene: &Scene, progress: &Progress) -> Result<Study> {
     warnings.extend(lattice.warnings.iter().cloned());
     warnings.extend(linear_fit::warning(&scene, &body));
     warnings.extend(calibration.warning());
-    Ok(Study { scene, body, loads, reference, lattice, calibration, converged, dynamics, budget: None, warnings, seconds })
+    Ok(Study {
+        scene,
+        body,
+        loads,
+        reference,
+        lattice,
+        calibration,
+        converged,
+        dynamics,
+        budget: None,
+        warnings,
+        seconds,
+    })
 }
 
 /// Leaves out the springs without stiffness, and the groups that have no others.

@@ -25,6 +25,9 @@ const WRONG_INPUT: &[Expectation] = &[
     ("alpha_zero", 13, ["dynamics.alpha: 0 is not positive", "give a number above 0"]),
     ("broken_string", 3, ["line 3: not TOML", "strings need quotes"]),
     ("broken_table", 2, ["line 2: not TOML: unclosed table", "a line is KEY = VALUE, [TABLE] or [[load]]"]),
+    ("budget_file", 11, ["budget: a body from a file has one resolution", "name a shape"]),
+    ("budget_finest", 13, ["budget.finest: 3 numbers for a body in 2D", "give 2, one for each direction"]),
+    ("budget_zero", 12, ["budget.max_error: 0 is not positive", "give a number above 0"]),
     (
         "control_points_below_degree",
         4,
@@ -127,7 +130,6 @@ const WRONG_INPUT: &[Expectation] = &[
     ("profile", 12, ["springs.profile: unknown name \"stiffness\"", "known names are constant, axial_rigidity"]),
     ("gauss_points", 12, ["reference.extra_gauss_points: 1000 is out of range", "give a whole number from 0 to 32"]),
     ("infinite", 5, ["material.young: inf is not a finite number", "give a finite number"]),
-    ("later_budget", 11, ["budget: unknown key", "known keys here are name, geometry"]),
     ("later_grouping", 12, ["springs.grouping: unknown name \"adaptive\"", "known names are length"]),
     ("later_key", 10, ["load[0].wind: unknown key", "known keys here are name, fit"]),
     ("later_method", 12, ["reference.method: unknown name \"meshfree\"", "known names are iga, t3, t4, q4, b8"]),

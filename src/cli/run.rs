@@ -7,7 +7,7 @@ use springfit::clock::Progress;
 use springfit::error::Error;
 use springfit::export::write;
 use springfit::report::result::Document;
-use springfit::report::summary;
+use springfit::report::{budget, summary};
 use springfit::scene::{self, Input};
 use springfit::study;
 
@@ -45,10 +45,17 @@ fn study(arguments: &RunArguments, input: &Input, progress: &Progress) -> spring
     let document = Document::of(&study).to_json();
     if let Some(folder) = &arguments.out {
         study.export(folder)?;
+        if let Some(outcome) = &study.budget {
+            write::whole(&folder.join("front.svg"), budget::svg(&outcome.front).as_bytes())?;
+        }
         write::whole(&folder.join("result.json"), document.as_bytes())?;
     }
     let text = if arguments.json { document } else { summary::run(&study) };
-    terminal::print(text.trim_end()).map_err(|located| located.error)
+    terminal::print(text.trim_end()).map_err(|located| located.error)?;
+    match (&study.budget, &input.scene.budget) {
+        (Some(outcome), Some(budget)) => outcome.check(budget),
+        _ => Ok(()),
+    }
 }
 
 /// The worker threads of everything parallel.

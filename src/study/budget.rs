@@ -244,3 +244,44 @@ pub fn step_seconds(study: &Study) -> f64 {
     seconds.sort_by(f64::total_cmp);
     seconds[ROUNDS / 2]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(groups: usize, error: f64, step_seconds: f64) -> Point {
+        let (control_points, springs, fitted) = (vec![3, 3], 20, 0.5 * error);
+        Point { control_points, groups, springs, fitted, error, step_seconds, calibration_seconds: 1.0 }
+    }
+
+    fn front() -> Front {
+        let points = vec![
+            point(4, 6.0, 1e-6),
+            point(8, 4.0, 1e-6),
+            point(16, 4.5, 1e-6),
+            point(4, 2.5, 3e-6),
+            point(8, 2.0, 3e-6),
+            point(4, 2.2, 9e-6),
+        ];
+        Front { points, skipped: vec![] }
+    }
+
+    #[test]
+    fn a_point_is_on_the_front_when_no_other_is_as_good_in_all_and_better_in_one() {
+        // 16 groups with 4.5 % lose to 8 with 4 %; 2.2 % at 9e-6 s with 4 groups loses to nothing with so few groups
+        assert_eq!(front().pareto(), [true, true, false, true, true, true]);
+    }
+
+    #[test]
+    fn the_cheapest_network_within_the_budget_is_taken_and_the_best_without_one() {
+        let budget = |max_error, step_time| scene::Budget { max_error, step_time, finest: None };
+        let choose = |max_error, step_time| front().choose(&budget(max_error, step_time)).unwrap();
+        assert_eq!(choose(3.0, None), (3, true));
+        assert_eq!(choose(2.1, None), (4, true));
+        assert_eq!(choose(5.0, Some(2e-6)), (1, true));
+        assert_eq!(choose(1.0, Some(5e-6)), (4, false));
+        assert_eq!(choose(3.0, Some(2e-6)), (1, false));
+        assert_eq!(choose(3.0, Some(1e-7)), (0, false));
+        assert!(Front::default().choose(&budget(1.0, None)).is_none());
+    }
+}
