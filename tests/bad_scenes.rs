@@ -192,7 +192,7 @@ const WRONG_INPUT: &[Expectation] = &[
     (
         "mesh_set",
         8,
-        ["support.sets[0]: there is no set \"floor\"", "the sets of the file are bottom, right, top, left"],
+        ["support.sets[0]: there is no set \"floor\"", "the sets of the body are bottom, right, top, left"],
     ),
     (
         "method_of_meshes",
