@@ -103,7 +103,8 @@ impl Continuum {
         }
         let names: Vec<&str> = sets.iter().map(|(set, _)| set.as_str()).collect();
         let help = match names.is_empty() {
-            true => "the body has no named sets; they come from the file of a mesh, or from a shape that is a mesh".to_owned(),
+            true => "the body has no named sets; they come from the file of a mesh, or from a shape that is a mesh"
+                .to_owned(),
             false => format!("the sets of the body are {}", names.join(", ")),
         };
         Err(Error::input(key, format!("there is no set \"{name}\""), help))
@@ -174,11 +175,7 @@ fn mesh_file(path: &Path, named: Option<&'static Method>) -> Result<Built> {
 }
 
 /// The method that is named, or the one that takes the cells of a mesh; `because` says why a method for patches is wrong.
-fn method_for(
-    mesh: &Mesh,
-    named: Option<&'static Method>,
-    because: &str,
-) -> Result<(&'static Method, MeshPoints)> {
+fn method_for(mesh: &Mesh, named: Option<&'static Method>, because: &str) -> Result<(&'static Method, MeshPoints)> {
     let method = named.unwrap_or_else(|| methods::default_for(mesh));
     let MethodBody::Mesh { points, .. } = method.body else {
         let message = format!("\"{}\" works on patches, and {because}", method.name);
