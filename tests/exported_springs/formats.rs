@@ -17,7 +17,9 @@ fn finished(scene: &str, sets: &[&str]) -> TempDir {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/scenes").join(scene);
     let mut command = Command::cargo_bin("springfit").expect("the binary is built");
     command.arg("run").arg(scene).arg("--quiet").arg("--out").arg(folder.path());
-    sets.iter().for_each(|set| drop(command.args(["--set", set])));
+    for set in sets {
+        command.args(["--set", set]);
+    }
     command.assert().success();
     folder
 }
