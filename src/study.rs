@@ -74,8 +74,15 @@ impl Study {
         let expand = |u: &Vec<f64>| self.body.dofs.expand(u);
         let reference: Vec<_> = self.reference.cases.iter().map(|case| expand(&case.displacement)).collect();
         let springs: Vec<_> = self.calibration.displacements.iter().map(expand).collect();
-        let cases: Vec<export::Case> = (0..self.loads.len())
-            .map(|c| export::Case { name: &self.loads[c].name, reference: &reference[c], springs: &springs[c] })
+        let forces: Vec<_> = self.loads.iter().map(|case| expand(&case.load.forces)).collect();
+        let cases: Vec<export::Case> = (self.loads.iter().enumerate())
+            .map(|(c, LoadCase { name, fit, .. })| export::Case {
+                name,
+                fit: *fit,
+                forces: &forces[c],
+                reference: &reference[c],
+                springs: &springs[c],
+            })
             .collect();
         let moved = self.dynamics.iter().flat_map(|data| &data.motions);
         let motions: Vec<Recorded> =

@@ -233,6 +233,20 @@ fn bench_measures_with_the_error_beside_the_time() {
     assert!(text.contains("5 x 5") && text.contains("Pareto front"), "{text}");
     assert!(folder.path().join("bench-tradeoff.svg").exists());
 
+    let (status, json, message) = call(&["bench", "corotational", "--sizes", "5,10", "--json", "--out", out]);
+    assert_eq!(status, 0, "{message}");
+    let document: Value = serde_json::from_str(&json).unwrap();
+    let domains = |row: &Value| (row["method"].as_str().unwrap().to_owned(), row["cost"]["domains"].as_u64().unwrap());
+    let rows: Vec<_> = document["rows"].as_array().unwrap().iter().map(domains).collect();
+    assert_eq!(rows.len(), 10);
+    // 6 tetrahedra a cell; faces = 2 tetrahedra + half of the boundary's
+    assert_eq!(rows[0], ("t4".to_owned(), 30));
+    assert_eq!(rows[1], ("smoothed_face".to_owned(), 2 * 30 + (4 * 5 * 2 + 2 * 2) / 2));
+    assert_eq!(rows[5], ("t4".to_owned(), 240));
+    assert!(folder.path().join("bench-corotational.svg").exists());
+    let (status, _, message) = call(&["bench", "corotational", "--sizes", "12"]);
+    assert!(status == 2 && message.contains("--sizes: 12 is out of range"), "{message}");
+
     for (arguments, expected) in [
         (["--sizes", "2"], "from 3 to 129"),
         (["--methods", "magic"], "the methods are direct"),

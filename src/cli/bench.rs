@@ -1,5 +1,6 @@
 //! `springfit bench`: speed against error on this machine.
 
+mod corotational;
 mod tradeoff;
 
 use std::io::IsTerminal;
@@ -37,6 +38,8 @@ pub enum Bench {
     Tradeoff(tradeoff::TradeoffArguments),
     /// A network in motion: springs a second, share of the bandwidth, error of the step
     Step(StepArguments),
+    /// A corotational beam in motion: what a step costs by stage, with every averaging of the strain
+    Corotational(corotational::Arguments),
 }
 
 #[derive(Debug, Args)]
@@ -119,6 +122,7 @@ pub fn run(what: &Bench) -> Result<()> {
         Bench::Growth(arguments) => Ok(run_growth(arguments)?),
         Bench::Tradeoff(arguments) => tradeoff::run(arguments),
         Bench::Step(arguments) => Ok(run_step(arguments)?),
+        Bench::Corotational(arguments) => Ok(corotational::run(arguments)?),
     }
 }
 

@@ -7,6 +7,7 @@ use springfit::scene::Located;
 
 mod bench;
 mod check;
+mod export;
 mod list;
 mod new;
 mod progress;
@@ -70,6 +71,17 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Write a finished run in the format of another program
+    Export {
+        /// Folder of the run: springfit run SCENE --out DIR
+        dir: PathBuf,
+        /// The format (springfit list exporters)
+        #[arg(long, value_name = "NAME")]
+        to: String,
+        /// Folder for the files; that of the run when absent
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
     /// Print the JSON Schema of a scene
     Schema,
 }
@@ -117,6 +129,7 @@ pub fn run(call: &Call) -> Result<()> {
         Command::List { kind, json } => list::run(kind.as_deref(), *json),
         Command::Bench { what } => bench::run(what),
         Command::Reproduce { id, out, json } => reproduce::run(id, out.as_deref(), *json),
+        Command::Export { dir, to, out } => export::run(dir, to, out.as_deref()),
         Command::Schema => schema::run(),
     }
 }

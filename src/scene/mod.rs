@@ -31,12 +31,13 @@ mod resolve;
 mod solver;
 mod springs;
 mod states;
+mod support;
 mod template;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use body::{Axis, BoxRegion, Geometry, Material, Support};
+pub use body::{Axis, BoxRegion, Distortion, Geometry, Material};
 pub use budget::Budget;
 pub use calibration::{Annealing, Calibration, Gamma, GammaSweep, GaussNewton};
 pub use check::{check, check_body, check_method};
@@ -51,6 +52,7 @@ pub use resolve::resolve;
 pub use solver::Solver;
 pub use springs::Springs;
 pub use states::{Acceleration, MatrixDistance, Snapshot};
+pub use support::{Support, Supports};
 pub use template::template;
 
 /// Everything a run needs to know; the top level of a scene file.
@@ -65,9 +67,9 @@ pub struct Scene {
     pub geometry: Geometry,
     /// The isotropic linear elastic material.
     pub material: Material,
-    /// The control points that are held.
+    /// The control points that are held; several `[[support]]` tables where they are held in different components.
     #[serde(default)]
-    pub support: Support,
+    pub support: Supports,
     /// The load cases, one `[[load]]` table each.
     #[serde(default)]
     pub load: Vec<Load>,
