@@ -11,6 +11,7 @@
 //! This is the only room that knows all rooms below.
 
 pub mod body;
+pub mod checkpoint;
 pub mod continuum;
 pub mod fit;
 pub mod linear_fit;
@@ -30,6 +31,7 @@ use crate::scene::Scene;
 use crate::springs::solver;
 
 use body::Body;
+use checkpoint::Checkpoint;
 use fit::{Calibration, Given};
 use loads::LoadCase;
 use network::Lattice;
@@ -94,6 +96,15 @@ impl Study {
 /// [`Error::Input`] where a value does not fit the body; [`Error::Mechanism`] and its kin where the numbers do not allow
 /// it; [`Error::Interrupted`].
 pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
+    run_keeping(scene, progress, &Checkpoint::none())
+}
+
+/// Runs a checked scene; what is finished goes into a checkpoint, what is in it already is not done again. The study is
+/// the same to the last bit, seconds apart.
+///
+/// # Errors
+/// As [`run`]; [`Error::File`] for a checkpoint of another run, or one that cannot be written.
+pub fn run_keeping(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Result<Study> {
     let mut seconds = Vec::new();
     let mut timed = |stage: &'static str, watch: Stopwatch| seconds.push((stage, watch.seconds()));
 
@@ -119,7 +130,7 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
     let watch = Stopwatch::start();
     let fit_on = |lattice: &Lattice| {
         let given = Given { scene: &scene, body: &body, loads: &loads, reference: &reference, lattice };
-        fit::calibrate(given, progress)
+        fit::calibrate(given, progress, checkpoint)
     };
     let calibration = match fit_on(&lattice) {
         // groups far apart can make a body hard that a trial with equal springs took for easy

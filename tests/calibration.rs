@@ -3,6 +3,7 @@
 use springfit::calibration::objective::{Objective, Problem};
 use springfit::calibration::objectives::displacement::{Displacement, Target, weights};
 use springfit::calibration::optimiser::{OPTIMISERS, Outcome, Serves, Settings, find};
+use springfit::calibration::pieces::NOTHING;
 use springfit::clock::Progress;
 use springfit::geometry::dofs::DofMap;
 use springfit::geometry::grid::Grid;
@@ -74,6 +75,7 @@ fn recover(membrane: &Membrane, truth: [f64; 2], optimiser: &str, settings: &Set
         index: 0,
         side_by_side: true,
         progress: &progress,
+        kept: &NOTHING,
     };
     (find(optimiser).expect("in the table").run)(&problem, settings).expect("a well-posed problem")
 }

@@ -10,9 +10,11 @@
 //! | [`plot`] | curves over time as an SVG |
 //! | [`vtu`] | the XML file format of VTK's unstructured grids |
 //! | [`mod@write`] | a file appears whole or not at all |
+//! | [`folder`] | all files of a run together or none of them; one run at a time |
 
 pub mod body;
 pub mod control_net;
+pub mod folder;
 pub mod mesh;
 pub mod motion;
 pub mod plot;
