@@ -4,11 +4,14 @@
 //! as text, so every bit of every number counts. The cube of 17^3 control points has 13,872 free dofs, beyond the size
 //! where a parallel factorisation would change the order of its sums.
 
+mod stripped;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use serde_json::Value;
+use stripped::strip;
 use tempfile::TempDir;
 
 /// What a run printed and wrote, without what may differ.
@@ -39,23 +42,6 @@ fn run(scene: &str, threads: usize, sets: &[&str]) -> Outcome {
     files.sort();
     assert!(files.len() >= 3, "springs.json and the fields");
     Outcome { result: result.to_string(), files }
-}
-
-/// Removes times, memory and the number of threads.
-fn strip(value: &mut Value) {
-    match value {
-        Value::Object(entries) => {
-            for key in ["seconds", "processor_seconds", "peak_memory_bytes", "threads"] {
-                entries.remove(key);
-            }
-            if let Some(Value::Array(trace)) = entries.get_mut("trace") {
-                trace.iter_mut().for_each(|point| point[0] = Value::Null);
-            }
-            entries.values_mut().for_each(strip);
-        }
-        Value::Array(items) => items.iter_mut().for_each(strip),
-        _ => {}
-    }
 }
 
 /// Runs with 1, 2 and 4 threads, and once more with 2; the result.

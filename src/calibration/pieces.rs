@@ -17,7 +17,7 @@ use crate::calibration::optimiser::Outcome;
 use crate::error::Result;
 
 /// What a piece is a part of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
     /// One start of Gauss-Newton.
@@ -31,7 +31,7 @@ pub enum Stage {
 }
 
 /// The name of a piece.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Piece {
     /// Index of the problem in its sweep.

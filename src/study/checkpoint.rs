@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::calibration::optimiser::Outcome;
 use crate::calibration::pieces::{Piece, Stage};
@@ -37,16 +37,7 @@ pub const SCHEMA: &str = "springfit-checkpoint/1";
 /// Part of the time that may go into writing checkpoints.
 pub const SHARE: f64 = 0.05;
 
-/// The file.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Document {
-    schema: String,
-    /// [`digest`] of the content as it is written.
-    digest: String,
-    content: Content,
-}
-
+/// What is in the file, beside its schema and the digest of this.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Content {
@@ -64,6 +55,7 @@ struct Sweep {
     inputs: String,
     /// How many problems it has.
     problems: usize,
+    /// In the order of the pieces.
     pieces: Vec<(Piece, Outcome)>,
 }
 
@@ -152,7 +144,7 @@ impl Checkpoint {
             Some(sweep) => sweep.pieces.clone(),
         };
         let fits = |(piece, outcome): &(Piece, Outcome)| groups.contains(&(piece.problem, outcome.phi.len()));
-        if !pieces.iter().all(fits) {
+        if !pieces.iter().all(fits) || !pieces.is_sorted_by_key(|(piece, _)| *piece) {
             return Err(refusal(path, "has pieces of problems that the scene does not have".into()));
         }
         state.content.sweeps.push(Sweep { inputs, problems: groups.len(), pieces });
@@ -163,7 +155,7 @@ impl Checkpoint {
     pub fn known(&self, piece: Piece) -> Option<Outcome> {
         let state = self.state();
         let pieces = &state.content.sweeps.last()?.pieces;
-        pieces.iter().find(|(known, _)| *known == piece).map(|(_, outcome)| outcome.clone())
+        pieces.binary_search_by_key(&piece, |(known, _)| *known).ok().map(|place| pieces[place].1.clone())
     }
 
     /// Keeps a finished piece, and writes the file if it is time to. False when that failed: the run should stop then, see
@@ -175,7 +167,8 @@ impl Checkpoint {
         if piece.stage == Stage::Answer {
             sweep.pieces.retain(|(other, _)| other.problem != piece.problem);
         }
-        sweep.pieces.push((piece, outcome.clone()));
+        let place = sweep.pieces.partition_point(|(other, _)| *other < piece);
+        sweep.pieces.insert(place, (piece, outcome.clone()));
         state.unwritten = true;
         if state.failure.is_none() && state.pause.0.seconds() >= state.pause.1 {
             state.failure = state.write(path).err();
@@ -309,28 +302,23 @@ fn shown(value: &Value) -> String {
 
 /// The text of the file.
 fn text(content: &Content) -> String {
-    let inside = serde_json::to_string(content).expect("names and numbers can be written as JSON");
-    let digest = digest(inside.bytes());
-    format!("{{\"schema\":\"{SCHEMA}\",\"digest\":\"{digest:016x}\",\"content\":{inside}}}\n")
+    let content = serde_json::to_value(content).expect("names and numbers can be written as JSON");
+    let digest = digest(content.to_string().bytes());
+    json!({ "schema": SCHEMA, "digest": format!("{digest:016x}"), "content": content }).to_string()
 }
 
 /// The content of a file, or what is wrong with it.
 fn parse(bytes: &[u8]) -> std::result::Result<Content, String> {
-    #[derive(Deserialize)]
-    struct Head {
-        schema: String,
-    }
     let damaged = |error: serde_json::Error| format!("is damaged: {error}");
-    let head: Head = serde_json::from_slice(bytes).map_err(damaged)?;
-    if head.schema != SCHEMA {
-        return Err(format!("has the schema {}, not {SCHEMA}", shown(&Value::String(head.schema))));
+    let mut file: Value = serde_json::from_slice(bytes).map_err(damaged)?;
+    if file["schema"] != SCHEMA {
+        return Err(format!("has the schema {}, not \"{SCHEMA}\"", shown(&file["schema"])));
     }
-    let document: Document = serde_json::from_slice(bytes).map_err(damaged)?;
-    let inside = serde_json::to_string(&document.content).map_err(damaged)?;
-    if document.digest != format!("{:016x}", digest(inside.bytes())) {
+    let content = file.get_mut("content").map(Value::take).unwrap_or_default();
+    if file["digest"] != format!("{:016x}", digest(content.to_string().bytes())) {
         return Err("is damaged: its digest is not that of its content".into());
     }
-    Ok(document.content)
+    serde_json::from_value(content).map_err(damaged)
 }
 
 /// FNV-1a (G. Fowler, L. Noll, K.-P. Vo, 1991): tells accidents, not attacks.
