@@ -15,6 +15,7 @@
 
 pub mod body;
 pub mod budget;
+pub mod checkpoint;
 pub mod continuum;
 pub mod converged;
 pub mod fit;
@@ -35,6 +36,7 @@ use crate::scene::Scene;
 use crate::springs::solver;
 
 use body::Body;
+use checkpoint::Checkpoint;
 use fit::{Calibration, Given};
 use loads::LoadCase;
 use network::Lattice;
@@ -110,14 +112,23 @@ impl Study {
 /// [`Error::Input`] where a value does not fit the body; [`Error::Mechanism`] and its kin where the numbers do not allow
 /// it; [`Error::Interrupted`]. A budget that is not met is no error here: see [`budget::Outcome::check`].
 pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
+    run_keeping(scene, progress, &Checkpoint::none())
+}
+
+/// Runs a checked scene; what is finished goes into a checkpoint, what is in it already is not done again. The study is
+/// the same to the last bit, seconds apart. The walk of a budget is not kept.
+///
+/// # Errors
+/// As [`run`]; [`Error::File`] for a checkpoint of another run, or one that cannot be written.
+pub fn run_keeping(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Result<Study> {
     match &scene.budget {
         Some(given) => budget::run(scene, given, progress),
-        None => run_one(scene, progress),
+        None => run_one(scene, progress, checkpoint),
     }
 }
 
 /// Runs a scene at its own resolution.
-fn run_one(scene: &Scene, progress: &Progress) -> Result<Study> {
+fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Result<Study> {
     let mut seconds = Vec::new();
     let mut timed = |stage: &'static str, watch: Stopwatch| seconds.push((stage, watch.seconds()));
 
@@ -143,7 +154,7 @@ fn run_one(scene: &Scene, progress: &Progress) -> Result<Study> {
     let watch = Stopwatch::start();
     let fit_on = |lattice: &Lattice| {
         let given = Given { scene: &scene, body: &body, loads: &loads, reference: &reference, lattice };
-        fit::calibrate(given, progress)
+        fit::calibrate(given, progress, checkpoint)
     };
     let mut calibration = match fit_on(&lattice) {
         // groups far apart can make a body hard that a trial with equal springs took for easy

@@ -112,6 +112,9 @@ struct RunArguments {
     /// Threads; all of the machine when absent
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+    /// Go on from the checkpoint that an interrupted run of the same scene left in DIR
+    #[arg(long, requires = "out")]
+    resume: bool,
     /// Neither progress nor warnings
     #[arg(long)]
     quiet: bool,

@@ -11,11 +11,13 @@
 //! | [`vtu`] | the XML file format of VTK's unstructured grids |
 //! | [`mod@write`] | a file appears whole or not at all |
 //! | [`finished`] | springs.json and result.json read back, checked |
+//! | [`folder`] | all files of a run together or none of them; one run at a time |
 //! | [`formats`] | a finished run in the formats of other programs |
 
 pub mod body;
 pub mod control_net;
 pub mod finished;
+pub mod folder;
 pub mod formats;
 pub mod mesh;
 pub mod motion;

@@ -26,6 +26,7 @@ use crate::geometry::shapes::Shape;
 use crate::scene::{self, Scene};
 
 use super::Study;
+use super::checkpoint::Checkpoint;
 
 /// Resolutions that are walked, as fractions of the spans of the finest.
 const FRACTIONS: [f64; 5] = [0.25, 0.375, 0.5, 0.75, 1.0];
@@ -134,7 +135,7 @@ pub fn run(scene: &Scene, budget: &scene::Budget, progress: &Progress) -> Result
     let Point { control_points, groups, .. } = &front.points[chosen];
     let mut scene = at(scene, control_points);
     scene.springs.groups = *groups;
-    let mut study = super::run_one(&scene, progress)?;
+    let mut study = super::run_one(&scene, progress, &Checkpoint::none())?;
     study.budget = Some(Outcome { front, chosen, met });
     Ok(study)
 }
@@ -154,7 +155,7 @@ pub fn walk(
     for control_points in resolutions(scene, finest)? {
         let one = at(scene, &control_points);
         let watch = Stopwatch::start();
-        let points = super::run_one(&one, progress).map(|study| points_of(&study, &control_points, watch.seconds()));
+        let points = super::run_one(&one, progress, &Checkpoint::none()).map(|study| points_of(&study, &control_points, watch.seconds()));
         match points {
             Ok(points) => {
                 let done = enough(&points);

@@ -10,6 +10,7 @@ use crate::calibration::errors::{self, Errors};
 use crate::calibration::objective::Counts;
 use crate::calibration::objectives::displacement::weights;
 use crate::calibration::optimiser::{self, Optimiser, Outcome, Settings};
+use crate::calibration::pieces::Kept;
 use crate::calibration::sweep::{self, Shared, Solved, SweepProblem};
 use crate::clock::Progress;
 use crate::error::{Error, Result};
@@ -21,6 +22,7 @@ use crate::springs::solver::{GridSprings, SpringOperator, SpringSolver};
 use crate::springs::{bounds, weighting};
 
 use super::body::Body;
+use super::checkpoint::{self, Checkpoint};
 use super::linear_fit::{self, Goal};
 use super::loads::LoadCase;
 use super::network::{self, Lattice};
@@ -123,11 +125,12 @@ pub struct Given<'a> {
     pub lattice: &'a Lattice,
 }
 
-/// Fits the network of a scene to the reference.
+/// Fits the network of a scene to the reference; what is finished goes into the checkpoint, what is in it is not done again.
 ///
 /// # Errors
-/// [`Error::Input`] for a name or gamma that is not allowed; those of the optimiser.
-pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
+/// [`Error::Input`] for a name or gamma that is not allowed; those of the optimiser; [`Error::File`] for a checkpoint of
+/// another run or one that cannot be written.
+pub fn calibrate(given: Given, progress: &Progress, checkpoint: &Checkpoint) -> Result<Calibration> {
     let (gammas, groupings) = group(given.scene, given.body, given.lattice)?;
     let goal = linear_fit::goal(&given)?;
     let same = sweep::first_equal(&groupings);
@@ -135,7 +138,7 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
     given.check_memory(distinct.iter().map(|&i| groupings[i].groups.len()).max().unwrap_or(0))?;
     let problems: Vec<SweepProblem> =
         distinct.iter().map(|&i| given.problem(&goal, &groupings[i], i)).collect::<Result<_>>()?;
-    let solved = given.solve(&problems, progress)?;
+    let solved = given.solve(&problems, progress, checkpoint)?;
     let answer = |i: usize| distinct.iter().position(|&d| d == same[i]).unwrap_or(0);
     let sweep: Vec<Row> = (0..gammas.len())
         .map(|i| {
@@ -252,7 +255,7 @@ impl Given<'_> {
     }
 
     /// Runs the optimiser on all problems.
-    fn solve(&self, problems: &[SweepProblem], progress: &Progress) -> Result<Vec<Solved>> {
+    fn solve(&self, problems: &[SweepProblem], progress: &Progress, checkpoint: &Checkpoint) -> Result<Vec<Solved>> {
         let fitted = self.fitted();
         let forces: Vec<f64> = fitted.iter().flat_map(|&c| self.loads[c].load.forces.iter().copied()).collect();
         let targets: Vec<f64> =
@@ -263,9 +266,32 @@ impl Given<'_> {
         let expected = problems.iter().map(|problem| (optimiser.expected_evaluations)(&settings, problem.upper.len()));
         progress.enter("calibration", expected.sum());
         let solver = network::settings(self.scene);
-        let shared = Shared { forces: &forces, reference: &targets, weights: &weights, solver: &solver };
+        let groups: Vec<_> = problems.iter().map(|problem| (problem.index, problem.upper.len())).collect();
+        checkpoint.enter(self.digest(problems, &[&forces, &targets, &weights]), &groups)?;
+        let kept = Kept {
+            known: &|piece| {
+                let known = checkpoint.known(piece)?;
+                progress.advance(known.counts.evaluations);
+                Some(known)
+            },
+            tell: &|piece, outcome| {
+                if !checkpoint.keep(piece, outcome) {
+                    progress.cancel();
+                }
+            },
+        };
+        let shared = Shared { forces: &forces, reference: &targets, weights: &weights, solver: &solver, kept: &kept };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
-            .map_err(|error| self.loose(error))
+            .map_err(|error| checkpoint.failure().unwrap_or_else(|| self.loose(error)))
+    }
+
+    /// A digest of the numbers that the sweep begins with, and of the path of solution.
+    fn digest(&self, problems: &[SweepProblem], vectors: &[&[f64]]) -> u64 {
+        let Lattice { network, coefficients, choice, .. } = self.lattice;
+        let of_problems = problems.iter().flat_map(|problem| problem.upper.iter().copied());
+        let numbers = vectors.iter().copied().flatten().chain(coefficients).chain(network.positions.iter().flatten());
+        let bits = numbers.copied().chain(of_problems).flat_map(|number| number.to_bits().to_le_bytes());
+        checkpoint::digest(choice.path.name().bytes().chain(bits))
     }
 
     /// A network that lost its stiffness in a fit that never solved it: the node that is loose.
