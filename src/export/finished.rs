@@ -4,7 +4,7 @@
 //! schema, that every list has one entry a node or a spring, that springs join different nodes that are there, and that
 //! rest lengths are those of the places.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Deserialize;
 
@@ -92,12 +92,12 @@ fn refusal(folder: &Path, message: &str) -> Error {
     Error::File { path: folder.to_owned(), message: message.to_owned(), help: help.into() }
 }
 
-fn wrong(path: &PathBuf, message: String) -> Error {
+fn wrong(path: &Path, message: String) -> Error {
     let help = "run the scene again: springfit run SCENE --out DIR";
-    Error::File { path: path.clone(), message, help: help.into() }
+    Error::File { path: path.to_owned(), message, help: help.into() }
 }
 
-fn parsed<T: serde::de::DeserializeOwned>(path: &PathBuf) -> Result<T> {
+fn parsed<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T> {
     let bytes = std::fs::read(path).map_err(|error| wrong(path, format!("cannot be read: {error}")))?;
     serde_json::from_slice(&bytes).map_err(|error| wrong(path, error.to_string()))
 }

@@ -42,9 +42,12 @@ pub struct MeshShape {
     sides: fn(&[[f64; 3]]) -> Vec<sides::Set>,
     /// Whether its nodes are those of a grid, in the order of [`Grid`].
     on_grid: bool,
-    /// Moves its nodes from their regular places: size, cells, alpha and seed.
-    distort: Option<fn(&mut Mesh, [f64; 3], [usize; 3], f64, u64)>,
+    /// Moves its nodes from their regular places, if they can be moved.
+    distort: Option<Distort>,
 }
+
+/// Moves the nodes of a mesh of this size (m) and these cells by up to alpha widths of a cell, at random by a seed.
+type Distort = fn(&mut Mesh, [f64; 3], [usize; 3], f64, u64);
 
 /// What a scene asks of a meshed body.
 #[derive(Debug, Clone, PartialEq)]
