@@ -2,7 +2,7 @@
 //!
 //! 1. the body: a patch or a mesh ([`continuum`]), held and tied nodes ([`body`]);
 //! 2. the forces of every load case ([`loads`]);
-//! 3. the continuum reference: K_ref u_ref = f;
+//! 3. the continuum reference: K_ref u_ref = f, or its equilibrium under large displacements ([`large`]);
 //! 4. the springs on the same nodes, and one analysis of their pattern ([`network`]);
 //! 5. groups and bounds for every gamma, the fit of each (Algorithm 5.1), and the errors under fitted and held-out loads
 //!    ([`fit`], and [`linear_fit`] for the objectives other than the displacement);
@@ -13,6 +13,7 @@
 pub mod body;
 pub mod continuum;
 pub mod fit;
+pub mod large;
 pub mod linear_fit;
 pub mod loads;
 pub mod motion;
@@ -108,6 +109,7 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
     progress.enter("reference", 0);
     let mut reference = solve_reference(&body, &loads, progress)?;
     loads::scale(&scene, &mut loads, &mut reference);
+    large::answer(&scene, &body, &loads, &mut reference, progress)?;
     timed("reference", watch);
 
     let watch = Stopwatch::start();
@@ -140,6 +142,7 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
     let mut warnings = body.warnings.clone();
     warnings.extend(lattice.warnings.iter().cloned());
     warnings.extend(linear_fit::warning(&scene, &body));
+    warnings.extend(large::warnings(&loads, &reference));
     warnings.extend(calibration.warning());
     Ok(Study { scene, body, loads, reference, lattice, calibration, dynamics, warnings, seconds })
 }

@@ -43,6 +43,7 @@ use nalgebra_sparse::CsrMatrix;
 use crate::clock::{Interrupt, Stopwatch};
 use crate::error::Result;
 use crate::geometry::dofs::DofMap;
+use crate::reference::corotational::statics::Large;
 use crate::reference::loads::Load;
 use crate::reference::material::Lame;
 use crate::reference::matrix_free::solve::Limits;
@@ -75,6 +76,8 @@ pub struct Reference {
     /// Largest backward error of the solutions: componentwise on the direct path, normwise on the iterative one (see
     /// [`matrix_free::solve::Iterated::backward_error`]).
     pub backward_error: f64,
+    /// How the cases were solved under large displacements; none for a body that is linear.
+    pub large: Option<Large>,
     /// Seconds for all of it.
     pub seconds: f64,
 }
@@ -101,7 +104,7 @@ pub enum Path {
 pub struct Case {
     /// Displacement of each free degree of freedom in m.
     pub displacement: Vec<f64>,
-    /// f.u in J, twice the strain energy.
+    /// f.u in J, twice the strain energy of a linear body.
     pub compliance: f64,
     /// max_i |u_i| over the nodes, in m.
     pub u_max: f64,
@@ -186,6 +189,7 @@ impl Reference {
             cases: Case::of_all(dofs, loads, solved.displacements),
             measure: points.measure()?,
             backward_error: solved.backward_error,
+            large: None,
             seconds: watch.seconds(),
         })
     }
@@ -218,6 +222,7 @@ impl Reference {
             cases: Case::of_all(dofs, loads, found.displacements),
             measure: found.volume / points.thickness(),
             backward_error: found.backward_error,
+            large: None,
             seconds: watch.seconds(),
         }))
     }
@@ -241,7 +246,8 @@ impl Case {
         loads.iter().zip(displacements).map(|(load, u)| Self::new(dofs, &load.forces, u)).collect()
     }
 
-    fn new(dofs: &DofMap, forces: &[f64], displacement: Vec<f64>) -> Self {
+    /// The case with this displacement under these forces, both over the free degrees of freedom.
+    pub fn new(dofs: &DofMap, forces: &[f64], displacement: Vec<f64>) -> Self {
         let squares: Vec<f64> =
             dofs.expand(&displacement).iter().map(|u| u.iter().map(|c| c * c).sum::<f64>()).collect();
         Self {

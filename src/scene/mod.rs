@@ -42,7 +42,7 @@ pub use dynamics::{Dynamics, Initial, Masses, Model, Step};
 pub use load::{Bending, Load, PatchForce, Place, PointForce, RandomSmooth, Torsion, Traction};
 pub use located::{Located, Source};
 pub use parse::{Input, parse, read};
-pub use reference::{Plane, Reference};
+pub use reference::{Kinematics, Plane, Reference};
 pub use resolve::resolve;
 pub use solver::Solver;
 pub use springs::Springs;

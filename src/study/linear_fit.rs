@@ -24,6 +24,7 @@ use crate::springs::grouping::Grouping;
 use super::body::Body;
 use super::continuum::Continuum;
 use super::fit::Given;
+use super::large;
 use super::loads::LoadCase;
 use super::network::Lattice;
 
@@ -116,14 +117,14 @@ fn states(given: &Given) -> Result<Vec<acceleration::State>> {
     let mut states = Vec::new();
     for (i, snapshot) in settings.snapshots.iter().enumerate() {
         match snapshot {
-            Snapshot { loads: Some(fractions), .. } => states.extend(history(given, fractions)),
+            Snapshot { loads: Some(fractions), .. } => states.extend(history(given, fractions)?),
             Snapshot { stretch, gradient, .. } => {
                 let gradient = match (stretch, gradient) {
                     (Some(stretch), _) => diagonal(stretch),
                     (_, rows) => rows.clone().unwrap_or_default(),
                 };
                 let name = format!("snapshots[{i}]");
-                states.push(state(given.body, name, affine(given.body.positions(), &gradient))?);
+                states.push(state(given, name, affine(given.body.positions(), &gradient))?);
             }
         }
     }
@@ -131,18 +132,25 @@ fn states(given: &Given) -> Result<Vec<acceleration::State>> {
 }
 
 /// The static states of the fitted load cases at some fractions of their loads; there the continuum resists with the load.
-fn history(given: &Given, fractions: &[f64]) -> Vec<acceleration::State> {
+///
+/// # Errors
+/// Those of [`large::history`].
+fn history(given: &Given, fractions: &[f64]) -> Result<Vec<acceleration::State>> {
     let scaled = |values: &[f64], by: f64| -> Vec<f64> { values.iter().map(|value| value * by).collect() };
     let fitted = given.loads.iter().zip(&given.reference.cases).filter(|(case, _)| case.fit);
-    let of_case = |(case, solved): (&LoadCase, &Case)| -> Vec<acceleration::State> {
-        let state = |&fraction: &f64| acceleration::State {
+    let of_case = |(case, solved): (&LoadCase, &Case)| -> Result<Vec<acceleration::State>> {
+        let displacements = match large::is_asked(given.scene) {
+            true => large::history(given, case, fractions)?,
+            false => fractions.iter().map(|&fraction| scaled(&solved.displacement, fraction)).collect(),
+        };
+        let state = |(&fraction, displacement): (&f64, &Vec<f64>)| acceleration::State {
             name: format!("{fraction} of {}", case.name),
-            displacement: given.body.dofs.expand(&scaled(&solved.displacement, fraction)),
+            displacement: given.body.dofs.expand(displacement),
             resistance: scaled(&case.load.forces, fraction),
         };
-        fractions.iter().map(state).collect()
+        Ok(fractions.iter().zip(&displacements).map(state).collect())
     };
-    fitted.flat_map(of_case).collect()
+    Ok(fitted.map(of_case).collect::<Result<Vec<_>>>()?.concat())
 }
 
 /// The matrix with these numbers on its diagonal.
@@ -164,9 +172,13 @@ fn affine(positions: &[[f64; 3]], gradient: &[Vec<f64>]) -> Vec<[f64; 3]> {
     positions.iter().map(at).collect()
 }
 
-/// A state of all nodes with the force K_ref u of the continuum in it.
-fn state(body: &Body, name: String, displacement: Vec<[f64; 3]>) -> Result<acceleration::State> {
-    let forces = stiffness::internal_forces(&body.integration_points()?, body.lame, &displacement)?;
+/// A state of all nodes with the force of the continuum in it: K_ref u, or that of the turned domains.
+fn state(given: &Given, name: String, displacement: Vec<[f64; 3]>) -> Result<acceleration::State> {
+    let body = given.body;
+    let forces = match large::is_asked(given.scene) {
+        true => large::resistance(given, &displacement)?,
+        false => stiffness::internal_forces(&body.integration_points()?, body.lame, &displacement)?,
+    };
     let mut resistance = vec![0.0; body.dofs.len()];
     for (node, force) in forces.iter().enumerate() {
         for (&dof, force) in body.dofs.free(node).iter().zip(force).filter(|(dof, _)| **dof != FIXED) {

@@ -9,7 +9,7 @@ use super::{positive, within};
 
 /// The method by name, the degree that only splines have, and plain ranges.
 pub(in crate::scene) fn check_reference(scene: &Scene) -> Result<()> {
-    let Reference { method, thickness, extra_gauss_points, .. } = &scene.reference;
+    let Reference { method, thickness, extra_gauss_points, load_steps, .. } = &scene.reference;
     if let Some(method) = method {
         known("reference.method", method, &names("reference.method"))?;
     }
@@ -17,6 +17,7 @@ pub(in crate::scene) fn check_reference(scene: &Scene) -> Result<()> {
         positive("reference.thickness", *thickness)?;
     }
     within("reference.extra_gauss_points", *extra_gauss_points, 0, 32)?;
+    within("reference.load_steps", *load_steps, 1, 1000)?;
     match (&scene.geometry.degree, named_method(scene)) {
         (Some(degree), Some(method)) if !method.works_on_patches() => Err(Error::input(
             "geometry.degree",
