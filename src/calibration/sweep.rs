@@ -7,8 +7,10 @@
 use crate::calibration::linear::Reduced;
 use crate::calibration::objective::{Objective, Problem, each};
 use crate::calibration::objectives::displacement::{Displacement, Target};
+use crate::calibration::objectives::large::{self, LargeDisplacement};
 use crate::calibration::objectives::linear::Linear;
 use crate::calibration::optimiser::{Optimiser, Outcome, Settings};
+use crate::calibration::optimisers::gauss_newton;
 use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
 use crate::springs::grouping::Grouping;
@@ -43,9 +45,11 @@ pub fn first_equal(groupings: &[Grouping]) -> Vec<usize> {
 }
 
 /// What a problem makes small.
-pub enum Search {
+pub enum Search<'a> {
     /// The displacement error (5.7).
     Displacement,
+    /// The displacement error of a network in equilibrium beside a continuum that turns.
+    Large(large::Target<'a>),
     /// A distance that is linear in phi.
     Linear(Reduced),
     /// Nothing: phi is known.
@@ -59,7 +63,7 @@ pub struct SweepProblem<'a> {
     /// Upper bounds of the groups.
     pub upper: Vec<f64>,
     /// What is made small.
-    pub search: Search,
+    pub search: Search<'a>,
     /// Index of the first gamma that gives it; names its random streams.
     pub index: usize,
 }
@@ -131,6 +135,17 @@ pub fn solve(
             )
         };
         let outcome = match &problem.search {
+            Search::Large(target) => {
+                let Shared { forces, reference, weights, .. } = shared;
+                let cases = large::Cases { forces, reference, weights };
+                let make = || -> Box<dyn Objective> {
+                    Box::new(LargeDisplacement::new(*target, cases, &progress.interrupt()))
+                };
+                let (upper, index) = (&problem.upper[..], problem.index);
+                let nonlinear =
+                    Problem { make: &make, displacement: None, linear: None, upper, seed, index, side_by_side, progress };
+                gauss_newton::from_balance(&nonlinear, settings, &target.balance(cases))
+            }
             Search::Displacement => given(&|| Box::new(worker()), Some(&worker), None),
             Search::Linear(reduced) => given(&|| Box::new(Linear::new(reduced, &problem.upper)), None, Some(reduced)),
             Search::Known(phi) => Ok(Outcome::known(phi.clone())),

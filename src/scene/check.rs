@@ -17,7 +17,7 @@ use reference::{check_reference, named_method};
 use super::check_load;
 use super::choices::{FACES, known, names};
 use super::dynamics;
-use super::{BoxRegion, Gamma, GammaSweep, Geometry, Plane, Scene, Solver};
+use super::{BoxRegion, Gamma, GammaSweep, Geometry, Kinematics, Plane, Scene, Solver};
 
 /// Most control points of a grid.
 const MOST_CONTROL_POINTS: usize = 100_000_000;
@@ -220,6 +220,9 @@ fn warnings(scene: &Scene) -> Vec<String> {
     warnings.extend(calibration::warnings(scene));
     if scene.reference.extra_gauss_points > 0 && named_method(scene).is_some_and(|method| !method.works_on_patches()) {
         warnings.push("reference.extra_gauss_points has no effect on finite elements".to_owned());
+    }
+    if scene.reference.kinematics == Kinematics::Corotational {
+        warnings.extend(calibration::warnings_of_large(&scene.calibration));
     }
     warnings
 }

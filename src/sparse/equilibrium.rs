@@ -148,16 +148,20 @@ impl Newton {
     /// # Errors
     /// Those of the analysis.
     pub fn new(pattern: &Pattern, symbolic: Option<&Arc<Symbolic>>) -> Result<Self> {
-        let symbolic = match symbolic {
-            Some(symbolic) => Arc::clone(symbolic),
-            None => Symbolic::analyse(pattern, minimum_degree(pattern)?)?,
-        };
+        match symbolic {
+            Some(symbolic) => Ok(Self::with(pattern, symbolic)),
+            None => Ok(Self::with(pattern, &Symbolic::analyse(pattern, minimum_degree(pattern)?)?)),
+        }
+    }
+
+    /// Makes room for a pattern that was analysed.
+    pub fn with(pattern: &Pattern, symbolic: &Arc<Symbolic>) -> Self {
         let values = vec![0.0; pattern.entries()];
         let matrix = CsrMatrix::try_from_pattern_and_values(pattern.as_csr().clone(), values);
         let diagonal = |i| pattern.position(i, i).expect("the diagonal is stored");
         let zeros = vec![0.0; pattern.len()];
-        Ok(Self {
-            factor: Factor::new(symbolic),
+        Self {
+            factor: Factor::new(Arc::clone(symbolic)),
             matrix: matrix.expect("one value for each entry of the pattern"),
             diagonal: (0..pattern.len()).map(diagonal).collect(),
             u: zeros.clone(),
@@ -169,7 +173,7 @@ impl Newton {
             iterations: 0,
             factorisations: 0,
             interrupt: Interrupt::default(),
-        })
+        }
     }
 
     /// Ends searches when the user stops the run.
@@ -301,15 +305,15 @@ impl Newton {
         None
     }
 
-    /// Solves K X = B for whole columns with the exact second derivative at the displacement where `body` was placed last.
+    /// Solves K X = B for whole columns at the displacement where `body` was placed last, with the second derivative
+    /// that a step from there would take: the exact one where the equilibrium is stable.
     ///
     /// # Errors
-    /// [`Error::NotPositiveDefinite`] where the equilibrium is not stable; those of [`Factor::solve`].
+    /// [`Error::NotPositiveDefinite`] where none is; those of [`Factor::solve`].
     pub fn respond(&mut self, body: &mut dyn Potential, right: &[f64], out: &mut [f64]) -> Result<()> {
-        body.tangent(Curvature::Exact, self.matrix.values_mut());
-        self.factor.load(&self.matrix);
-        self.factorisations += 1;
-        self.factor.refactor()?;
+        if !self.factor(body)? {
+            return Err(Error::NotPositiveDefinite { dof: 0 });
+        }
         self.factor.solve(right, out).map(|_| ())
     }
 }

@@ -195,7 +195,7 @@ impl Given<'_> {
     }
 
     /// The springs and bounds of one grouping.
-    fn problem(&self, goal: &Goal, grouping: &Grouping, index: usize) -> Result<SweepProblem<'_>> {
+    fn problem<'b>(&'b self, goal: &'b Goal, grouping: &'b Grouping, index: usize) -> Result<SweepProblem<'b>> {
         let Lattice { network, symbolic, coefficients, spring_bounds, .. } = self.lattice;
         let dofs = &self.body.dofs;
         let operator = match symbolic {

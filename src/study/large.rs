@@ -8,6 +8,8 @@
 //! sum_s T_s n_s = f at x + u        instead of        K(phi) u = f
 //! ```
 
+use std::sync::Arc;
+
 use nalgebra_sparse::na::Vector3;
 
 use crate::clock::{Interrupt, Progress};
@@ -21,7 +23,9 @@ use crate::reference::loads::Load;
 use crate::reference::methods::smoothed::Domains;
 use crate::reference::methods::{METHODS, Method};
 use crate::scene::{Kinematics, Scene};
+use crate::sparse::cholesky::Symbolic;
 use crate::sparse::equilibrium::{Newton, Potential};
+use crate::springs::affine;
 use crate::springs::grouping::Grouping;
 use crate::springs::statics::LargeSprings;
 
@@ -149,6 +153,18 @@ pub fn network(
         all.extend(found.map_err(|error| error.under(&case.name))?.displacement);
     }
     Ok(all)
+}
+
+/// An analysis of the pattern of the network.
+///
+/// # Errors
+/// Those of [`Symbolic::analyse`].
+pub fn analysis(given: &Given) -> Result<Arc<Symbolic>> {
+    if let Some(symbolic) = &given.lattice.symbolic {
+        return Ok(Arc::clone(symbolic));
+    }
+    let pattern = affine::pattern(&given.lattice.network, &given.body.dofs);
+    Symbolic::analyse(&pattern, given.body.spring_order(&pattern)?)
 }
 
 /// What is turned inside out in the static answers, in words.

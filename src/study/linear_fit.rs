@@ -7,10 +7,11 @@
 //! | formula (3.13, 3.14) | stiffness of every spring | nothing: equal springs are its groups |
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use nalgebra_sparse::CsrMatrix;
 
-use crate::calibration::objectives::{acceleration, matrix};
+use crate::calibration::objectives::{self, acceleration, matrix};
 use crate::calibration::sweep::Search;
 use crate::error::{Error, Result};
 use crate::geometry::dofs::FIXED;
@@ -18,6 +19,7 @@ use crate::geometry::grid_mesh::mesh_of_grid;
 use crate::geometry::mesh::{CellKind, Mesh};
 use crate::reference::{Case, mass, stiffness};
 use crate::scene::{Masses, Plane, Scene, Snapshot};
+use crate::sparse::cholesky::Symbolic;
 use crate::springs::formulas;
 use crate::springs::grouping::Grouping;
 
@@ -35,6 +37,8 @@ const AT_REST: f64 = 1e-10;
 pub enum Goal {
     /// The displacements of the reference.
     Displacement,
+    /// Those of a reference that turns; with the analysis of the pattern of the network.
+    Large(Arc<Symbolic>),
     /// Its stiffness matrix, kept here where the reference did not store one.
     Matrix(Option<CsrMatrix<f64>>),
     /// Its forces in given states, and the mass of every node.
@@ -52,6 +56,7 @@ pub fn goal(given: &Given) -> Result<Goal> {
         "matrix" => stored_or_assembled(given).map(Goal::Matrix),
         "acceleration" => Ok(Goal::Acceleration(states(given)?, node_masses(given.scene, given.body)?)),
         "formula" => formula_stiffness(given.scene, given.body, given.lattice).map(Goal::Formula),
+        _ if large::is_asked(given.scene) => large::analysis(given).map(Goal::Large),
         _ => Ok(Goal::Displacement),
     }
 }
@@ -61,11 +66,15 @@ impl Goal {
     ///
     /// # Errors
     /// [`Error::Input`] where the states do not determine a group.
-    pub fn search(&self, given: &Given, grouping: &Grouping) -> Result<Search> {
+    pub fn search<'a>(&'a self, given: &'a Given, grouping: &'a Grouping) -> Result<Search<'a>> {
         let Lattice { network, coefficients, .. } = given.lattice;
         let dofs = &given.body.dofs;
         match self {
             Self::Displacement => Ok(Search::Displacement),
+            Self::Large(symbolic) => {
+                let search = large::search(given.scene);
+                Ok(Search::Large(objectives::large::Target { network, grouping, coefficients, dofs, symbolic, search }))
+            }
             Self::Matrix(_) => Ok(Search::Linear(self.matrix(given).expect("a matrix goal").reduce(grouping))),
             Self::Acceleration(states, masses) => {
                 let linear = given.scene.calibration.acceleration.as_ref().is_some_and(|settings| settings.linear);
