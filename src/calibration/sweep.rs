@@ -85,7 +85,8 @@ pub struct Shared<'a> {
 pub struct Solved {
     /// What the optimiser found.
     pub outcome: Outcome,
-    /// Displacements of the fitted cases there (cases x n), m, from a fresh solve with [`exact`] settings.
+    /// Displacements of the fitted cases there (cases x n), m, from a fresh solve with [`exact`] settings; none of
+    /// [`Search::Large`], whose networks have other ones.
     pub displacement: Vec<f64>,
     /// |e - e'| / e' of the optimiser's error e and the error e' of these displacements; none where the optimiser made
     /// another error small.
@@ -119,14 +120,17 @@ pub fn solve(
     let solve_one = |i: usize| -> Result<Solved> {
         let problem = &problems[i];
         let watch = Stopwatch::start();
-        let target = Target {
+        let target_beside = |reference| Target {
             operator: &problem.operator,
             upper: &problem.upper,
             forces: shared.forces,
-            reference: shared.reference,
+            reference,
             weights: shared.weights,
         };
-        let worker = || Displacement::with_solver(target, shared.solver).watching(&progress.interrupt());
+        let worker_beside = |reference| {
+            Displacement::with_solver(target_beside(reference), shared.solver).watching(&progress.interrupt())
+        };
+        let worker = || worker_beside(shared.reference);
         let given = |make, displacement, linear| -> Result<Outcome> {
             let (upper, index) = (&problem.upper[..], problem.index);
             (optimiser.run)(
@@ -144,14 +148,21 @@ pub fn solve(
                 let (upper, index) = (&problem.upper[..], problem.index);
                 let nonlinear =
                     Problem { make: &make, displacement: None, linear: None, upper, seed, index, side_by_side, progress };
-                gauss_newton::from_balance(&nonlinear, settings, &target.balance(cases))
+                let linear = || worker_beside(target.linear);
+                let first = given(&|| Box::new(linear()), Some(&linear), None)?;
+                let found = gauss_newton::descend(&nonlinear, settings, &first.phi)?;
+                gauss_newton::polish(&nonlinear, settings, found)
             }
             Search::Displacement => given(&|| Box::new(worker()), Some(&worker), None),
             Search::Linear(reduced) => given(&|| Box::new(Linear::new(reduced, &problem.upper)), None, Some(reduced)),
             Search::Known(phi) => Ok(Outcome::known(phi.clone())),
         }?;
+        if let Search::Large(_) = problem.search {
+            let (displacement, error_difference) = (Vec::new(), None);
+            return Ok(Solved { outcome, displacement, error_difference, seconds: watch.seconds() });
+        }
         let settings = exact(&problem.operator, shared.solver);
-        let mut exact = Displacement::with_solver(target, &settings).watching(&progress.interrupt());
+        let mut exact = Displacement::with_solver(target_beside(shared.reference), &settings).watching(&progress.interrupt());
         let error = exact.error(&outcome.phi)?;
         let error_difference = match problem.search {
             Search::Displacement if error > 0.0 => Some((outcome.error - error).abs() / error),

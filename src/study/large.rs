@@ -94,8 +94,9 @@ pub fn answer(
     }
     let mut held = held(scene, body)?;
     let all: Vec<(&str, &Load)> = loads.iter().map(|case| (case.name.as_str(), &case.load)).collect();
-    let (cases, large) = statics::answers(&mut held, &all, search(scene), &progress.interrupt())?;
-    (reference.cases, reference.large) = (cases, Some(large));
+    let (cases, mut large) = statics::answers(&mut held, &all, search(scene), &progress.interrupt())?;
+    large.linear = std::mem::replace(&mut reference.cases, cases);
+    reference.large = Some(large);
     Ok(())
 }
 
@@ -155,11 +156,25 @@ pub fn network(
     Ok(all)
 }
 
-/// An analysis of the pattern of the network.
+/// What the displacement objective needs beside the springs.
+pub struct Goal {
+    /// The analysis of the pattern of the network.
+    pub symbolic: Arc<Symbolic>,
+    /// Displacements of the body linearised at rest under the fitted cases (cases x n), m.
+    pub linear: Vec<f64>,
+}
+
+/// The displacement objective of a continuum that turns.
 ///
 /// # Errors
 /// Those of [`Symbolic::analyse`].
-pub fn analysis(given: &Given) -> Result<Arc<Symbolic>> {
+pub fn goal(given: &Given) -> Result<Goal> {
+    let linear = given.reference.large.iter().flat_map(|large| &large.linear).zip(given.loads);
+    let fitted = linear.filter(|(_, case)| case.fit).flat_map(|(answer, _)| answer.displacement.iter().copied());
+    Ok(Goal { symbolic: analysis(given)?, linear: fitted.collect() })
+}
+
+fn analysis(given: &Given) -> Result<Arc<Symbolic>> {
     if let Some(symbolic) = &given.lattice.symbolic {
         return Ok(Arc::clone(symbolic));
     }

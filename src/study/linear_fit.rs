@@ -7,7 +7,6 @@
 //! | formula (3.13, 3.14) | stiffness of every spring | nothing: equal springs are its groups |
 
 use std::borrow::Cow;
-use std::sync::Arc;
 
 use nalgebra_sparse::CsrMatrix;
 
@@ -19,7 +18,6 @@ use crate::geometry::grid_mesh::mesh_of_grid;
 use crate::geometry::mesh::{CellKind, Mesh};
 use crate::reference::{Case, mass, stiffness};
 use crate::scene::{Masses, Plane, Scene, Snapshot};
-use crate::sparse::cholesky::Symbolic;
 use crate::springs::formulas;
 use crate::springs::grouping::Grouping;
 
@@ -37,8 +35,8 @@ const AT_REST: f64 = 1e-10;
 pub enum Goal {
     /// The displacements of the reference.
     Displacement,
-    /// Those of a reference that turns; with the analysis of the pattern of the network.
-    Large(Arc<Symbolic>),
+    /// Those of a reference that turns.
+    Large(large::Goal),
     /// Its stiffness matrix, kept here where the reference did not store one.
     Matrix(Option<CsrMatrix<f64>>),
     /// Its forces in given states, and the mass of every node.
@@ -56,7 +54,7 @@ pub fn goal(given: &Given) -> Result<Goal> {
         "matrix" => stored_or_assembled(given).map(Goal::Matrix),
         "acceleration" => Ok(Goal::Acceleration(states(given)?, node_masses(given.scene, given.body)?)),
         "formula" => formula_stiffness(given.scene, given.body, given.lattice).map(Goal::Formula),
-        _ if large::is_asked(given.scene) => large::analysis(given).map(Goal::Large),
+        _ if large::is_asked(given.scene) => large::goal(given).map(Goal::Large),
         _ => Ok(Goal::Displacement),
     }
 }
@@ -71,9 +69,11 @@ impl Goal {
         let dofs = &given.body.dofs;
         match self {
             Self::Displacement => Ok(Search::Displacement),
-            Self::Large(symbolic) => {
+            Self::Large(large::Goal { symbolic, linear }) => {
                 let search = large::search(given.scene);
-                Ok(Search::Large(objectives::large::Target { network, grouping, coefficients, dofs, symbolic, search }))
+                let target =
+                    objectives::large::Target { network, grouping, coefficients, dofs, symbolic, search, linear };
+                Ok(Search::Large(target))
             }
             Self::Matrix(_) => Ok(Search::Linear(self.matrix(given).expect("a matrix goal").reduce(grouping))),
             Self::Acceleration(states, masses) => {

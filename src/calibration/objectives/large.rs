@@ -8,21 +8,17 @@
 //! K_t du/dphi_a = - g_a(u),     K_t = dg/du at the equilibrium
 //! ```
 //!
-//! Scaling all stiffnesses does not scale u any more, so no common factor is known from inner products. In its place the
-//! search begins near its end: at the stiffnesses that balance the loads best at the displacements of the *reference*,
+//! Every answer is sought from rest by the same steps of the load, so that u(phi) is one function of phi also where a network
+//! has several equilibria.
 //!
-//! ```text
-//! min_phi  sum_c |sum_a phi_a g_a(u_ref,c) - f_c|^2 / |f_c|^2
-//! ```
-//!
-//! which is linear in phi ([`Target::balance`]).
+//! Scaling all stiffnesses does not scale u any more, so no common factor is known from inner products, and a network that
+//! is far too soft may find no equilibrium at all. The search therefore begins at the answer of the linear problem, K(phi) u = f
+//! against the body linearised at rest: the stiffness of a network hardly depends on how far it is bent.
 
 use std::sync::Arc;
 
-use crate::calibration::linear::{Reduced, Rows};
 use crate::calibration::objective::{Counts, Objective};
 use crate::clock::Interrupt;
-use crate::dense::dot;
 use crate::error::{Error, Result};
 use crate::geometry::dofs::DofMap;
 use crate::sparse::cholesky::Symbolic;
@@ -46,6 +42,8 @@ pub struct Target<'a> {
     pub symbolic: &'a Arc<Symbolic>,
     /// How equilibrium is sought from rest.
     pub search: Search,
+    /// Displacements of the body linearised at rest under the fitted cases (cases x n), m.
+    pub linear: &'a [f64],
 }
 
 /// Forces, reference displacements (cases x n) and weights of the cases, as in [`super::displacement::Target`].
@@ -62,26 +60,6 @@ pub struct Cases<'a> {
 impl<'a> Target<'a> {
     fn springs(&self) -> LargeSprings<'a> {
         LargeSprings::new(self.network, self.grouping, self.coefficients, self.dofs)
-    }
-
-    /// How well the network holds the loads at the displacements of the reference, as a least-squares problem; percent of
-    /// the loads.
-    pub fn balance(&self, cases: Cases) -> Reduced {
-        let (n, groups) = (self.dofs.len(), self.grouping.groups.len());
-        let mut springs = self.springs();
-        let mut rows = Rows::new(groups);
-        let (mut columns, mut row) = (vec![0.0; n * groups], vec![0.0; groups + 1]);
-        for (forces, reference) in cases.forces.chunks_exact(n).zip(cases.reference.chunks_exact(n)) {
-            springs.place(reference);
-            columns.chunks_exact_mut(n).enumerate().for_each(|(a, column)| springs.force_of(a, column));
-            let weight = 1.0 / dot(forces, forces).sqrt();
-            for (dof, force) in forces.iter().enumerate() {
-                row[..groups].iter_mut().enumerate().for_each(|(a, entry)| *entry = weight * columns[a * n + dof]);
-                row[groups] = weight * force;
-                rows.push(&row);
-            }
-        }
-        rows.reduced(100.0 / (cases.weights.len() as f64).sqrt())
     }
 }
 
@@ -112,18 +90,13 @@ impl<'a> LargeDisplacement<'a> {
         }
     }
 
-    /// The equilibrium of every case, from the last one, or else from rest by steps of the load.
+    /// The equilibrium of every case.
     fn solve(&mut self) -> Result<Vec<f64>> {
         let n = self.target.dofs.len();
         let rest = vec![0.0; n];
         let mut found = Vec::with_capacity(self.displacement.len());
-        for (forces, last) in self.cases.forces.chunks_exact(n).zip(self.displacement.chunks_exact(n)) {
-            let at_once = Search { load_steps: 1, ..self.target.search };
-            let mut answer = self.newton.solve(&mut self.springs, forces, last, at_once);
-            if matches!(answer, Err(Error::NoEquilibrium { .. })) {
-                answer = self.newton.solve(&mut self.springs, forces, &rest, self.target.search);
-            }
-            let answer = answer?;
+        for forces in self.cases.forces.chunks_exact(n) {
+            let answer = self.newton.solve(&mut self.springs, forces, &rest, self.target.search)?;
             self.counts.refactorisations += answer.factorisations as u64;
             self.counts.solves += answer.iterations as u64;
             found.extend(answer.displacement);

@@ -16,10 +16,9 @@
 //! Many groups leave flat valleys and local minima, so several starts spend a few factorisations each, and only the best
 //! of them is polished. On fine meshes a model of the whole network takes the place of the linear one ([`reduced`]).
 
-use crate::calibration::linear::Reduced;
 use crate::calibration::objective::{Objective, Problem, each};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint, best};
-use crate::calibration::optimisers::{least_squares, reduced};
+use crate::calibration::optimisers::reduced;
 use crate::clock::Stopwatch;
 use crate::dense::{self, LeastSquares};
 use crate::error::{Error, Result};
@@ -27,9 +26,6 @@ use crate::rng::Stream;
 
 /// Fraction of the upper bounds where the first start begins.
 const START: f64 = 0.1;
-
-/// Part of the largest stiffness that a group at the bound 0 is raised to.
-const RAISED: f64 = 1e-2;
 
 /// The stiffness c of the chart phi = c sinh(x), as a fraction of the median stiffness where a start begins.
 const LINEAR_BELOW: f64 = 0.05;
@@ -64,31 +60,6 @@ pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
         Some(error) if found.is_empty() => Err(error),
         _ => polish(problem, settings, best(found)),
     }
-}
-
-/// Runs from the stiffnesses that a linear problem gives; where the network has no answer there (a group at the bound 0 may
-/// let it fall apart), from those with every group raised to a hundredth of the largest, then from a tenth of the bounds.
-///
-/// # Errors
-/// When none of them has an answer, the error of the last; on interruption.
-pub fn from_balance(problem: &Problem, settings: &Settings, balance: &Reduced) -> Result<Outcome> {
-    let first = match balance.dependent()[..] {
-        [] => least_squares::solve(balance, problem.upper).ok(),
-        _ => None,
-    };
-    let raised = first.as_ref().map(|phi| {
-        let least = RAISED * phi.iter().fold(0.0_f64, |most, phi| most.max(*phi));
-        phi.iter().zip(problem.upper).map(|(phi, upper)| phi.max(least).min(*upper)).collect()
-    });
-    let mut failure = None;
-    for phi in [first, raised, Some(start(problem, 0))].into_iter().flatten() {
-        match descend(problem, settings, &phi) {
-            Ok(outcome) => return polish(problem, settings, outcome),
-            Err(Error::Interrupted) => return Err(Error::Interrupted),
-            Err(error) => failure = Some(error),
-        }
-    }
-    Err(failure.expect("the last start is always tried"))
 }
 
 /// Goes on from an outcome that had spent its factorisations.

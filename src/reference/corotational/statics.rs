@@ -74,16 +74,18 @@ pub struct Large {
     pub residual: f64,
     /// What is turned inside out, for each load case.
     pub inversions: Vec<Inversion>,
+    /// The answers of the body linearised at rest.
+    pub linear: Vec<Case>,
 }
 
-/// The equilibrium under every load (name and forces), each from rest.
+/// The equilibrium under every load (name and forces), each from rest; `linear` is left to the caller.
 ///
 /// # Errors
 /// Those of [`Newton::solve`].
 pub fn answers(body: &mut Held, loads: &[(&str, &Load)], search: Search, interrupt: &Interrupt) -> Result<(Vec<Case>, Large)> {
     let mut newton = Newton::new(body.pattern(), None)?.watching(interrupt);
     let rest = vec![0.0; body.dofs().len()];
-    let mut work = Large { iterations: 0, factorisations: 0, residual: 0.0, inversions: Vec::new() };
+    let mut work = Large { iterations: 0, factorisations: 0, residual: 0.0, inversions: Vec::new(), linear: Vec::new() };
     let mut one = |(name, load): &(&str, &Load)| -> Result<Case> {
         let found = newton.solve(body, &load.forces, &rest, search).map_err(|error| error.under(name))?;
         work.iterations += found.iterations;
