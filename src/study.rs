@@ -69,9 +69,10 @@ impl Study {
         let cases: Vec<export::Case> = (0..self.loads.len())
             .map(|c| export::Case { name: &self.loads[c].name, reference: &reference[c], springs: &springs[c] })
             .collect();
+        let moving = self.dynamics.as_ref().map(|data| &data.dofs);
         let moved = self.dynamics.iter().flat_map(|data| &data.motions);
         let motions: Vec<Recorded> =
-            moved.map(|moved| Recorded { alpha: moved.alpha, motion: &moved.motion }).collect();
+            moved.map(|moved| Recorded { alpha: moved.alpha, motion: &moved.motion, dofs: moving }).collect();
         let calibrated = Calibrated {
             name: &self.scene.name,
             body: self.body.continuum.exported(),
@@ -144,6 +145,8 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
     warnings.extend(linear_fit::warning(&scene, &body));
     warnings.extend(large::warnings(&loads, &reference));
     warnings.extend(calibration.warning());
+    let moved = dynamics.iter().flat_map(|data| &data.motions);
+    warnings.extend(moved.filter_map(|moved| moved.inverted.and_then(|inverted| inverted.warning())));
     Ok(Study { scene, body, loads, reference, lattice, calibration, dynamics, warnings, seconds })
 }
 

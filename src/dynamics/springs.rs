@@ -162,6 +162,10 @@ impl Model for SpringModel<'_> {
         &self.masses
     }
 
+    fn node(&self, unknown: usize) -> usize {
+        self.dofs.owner(unknown).0
+    }
+
     fn elastic_energy(&mut self, u: &[f64]) -> f64 {
         for (dof, u) in u.iter().enumerate() {
             let (node, component) = self.dofs.owner(dof);

@@ -178,6 +178,10 @@ fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
     check_load::check_dimension(&scene.load, dimension)?;
     let gravity = scene.dynamics.as_ref().and_then(|dynamics| dynamics.gravity.as_ref());
     length("dynamics.gravity", gravity.map(Vec::len), dimension)?;
+    if let Some(dynamics) = &scene.dynamics {
+        length("dynamics.velocity", dynamics.velocity.as_ref().map(Vec::len), dimension)?;
+        dynamics::check_spin(dynamics, dimension)?;
+    }
     for (i, face) in scene.support.faces.iter().enumerate() {
         known(&format!("support.faces[{i}]"), face, &FACES[..2 * dimension])?;
     }

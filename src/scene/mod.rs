@@ -38,7 +38,7 @@ pub use body::{Axis, BoxRegion, Geometry, Material, Support};
 pub use calibration::{Annealing, Calibration, Gamma, GammaSweep, GaussNewton};
 pub use check::{check, check_body, check_method};
 pub use choices::{Choice, KINDS, Kind};
-pub use dynamics::{Dynamics, Initial, Masses, Model, Step};
+pub use dynamics::{Dynamics, Initial, Linear, Masses, Model, Step};
 pub use load::{Bending, Load, PatchForce, Place, PointForce, RandomSmooth, Torsion, Traction};
 pub use located::{Located, Source};
 pub use parse::{Input, parse, read};
