@@ -109,7 +109,7 @@ fn result_is_as_promised(result: &Value) {
     assert_eq!(result["version"], env!("CARGO_PKG_VERSION"));
     assert_eq!(result["dynamics"].is_object(), result["scene"]["dynamics"].is_object());
     has_keys(&result["sizes"], SIZES, &[]);
-    has_keys(&result["reference"], REFERENCE, &["path", "iterations"]);
+    has_keys(&result["reference"], REFERENCE, &["path", "iterations", "large"]);
     let calibration = &result["calibration"];
     has_keys(calibration, CALIBRATION, &["objective_error", "outside_pattern"]);
     let objective = calibration["objective"].as_str().expect("a name");

@@ -150,7 +150,8 @@ pub fn solve(
                     Problem { make: &make, displacement: None, linear: None, upper, seed, index, side_by_side, progress };
                 let linear = || worker_beside(target.linear);
                 let first = given(&|| Box::new(linear()), Some(&linear), None)?;
-                let found = gauss_newton::descend(&nonlinear, settings, &first.phi)?;
+                let mut found = gauss_newton::descend(&nonlinear, settings, &first.phi)?;
+                found.counts += first.counts;
                 gauss_newton::polish(&nonlinear, settings, found)
             }
             Search::Displacement => given(&|| Box::new(worker()), Some(&worker), None),

@@ -125,13 +125,17 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
         .map(|i| {
             let Solved { outcome, error_difference, seconds, .. } = &solved[answer(i)];
             let errors = errors::over_cases(&given.fitted_errors(&displacements[answer(i)]));
+            let error_difference = match goal {
+                Goal::Large(_) => Some((outcome.error - errors.e_rms).abs() / errors.e_rms),
+                _ => *error_difference,
+            };
             let outcome = Arc::new(outcome.clone());
             Row {
                 gamma: gammas[i],
                 groups: groupings[i].groups.len(),
                 solved_by: same[i],
                 errors,
-                error_difference: *error_difference,
+                error_difference,
                 seconds: *seconds,
                 outcome,
             }
