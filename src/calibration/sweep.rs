@@ -150,9 +150,13 @@ pub fn solve(
                     Problem { make: &make, displacement: None, linear: None, upper, seed, index, side_by_side, progress };
                 let linear = || worker_beside(target.linear);
                 let first = given(&|| Box::new(linear()), Some(&linear), None)?;
-                let mut found = gauss_newton::descend(&nonlinear, settings, &first.phi)?;
+                let mut even = gauss_newton::start(&nonlinear, 1);
+                let mut worker = linear();
+                worker.error(&even)?;
+                worker.fit_scale(&mut even);
+                let mut found = gauss_newton::from(&nonlinear, settings, &[first.phi, even])?;
                 found.counts += first.counts;
-                gauss_newton::polish(&nonlinear, settings, found)
+                Ok(found)
             }
             Search::Displacement => given(&|| Box::new(worker()), Some(&worker), None),
             Search::Linear(reduced) => given(&|| Box::new(Linear::new(reduced, &problem.upper)), None, Some(reduced)),

@@ -21,7 +21,7 @@ pub struct Reference {
     pub thickness: Option<f64>,
     /// Gauss points per direction and knot span beyond degree + 1, 0 to 32; more for strongly rational patches. Not for finite elements.
     pub extra_gauss_points: usize,
-    /// How far the continuum may turn and bend: linear, or corotational (linear tetrahedra, smoothed or not).
+    /// How far the continuum may turn and bend: linear, or corotational (linear triangles and tetrahedra, smoothed or not).
     pub kinematics: Kinematics,
     /// Equal steps in which the loads of a corotational continuum grow, 1 to 1000.
     pub load_steps: usize,

@@ -13,7 +13,9 @@
 //!
 //! Scaling all stiffnesses does not scale u any more, so no common factor is known from inner products, and a network that
 //! is far too soft may find no equilibrium at all. The search therefore begins at the answer of the linear problem, K(phi) u = f
-//! against the body linearised at rest: the stiffness of a network hardly depends on how far it is bent.
+//! against the body linearised at rest: the stiffness of a network hardly depends on how far it is bent. Where that answer has
+//! groups of hardly any stiffness its network may fold under the full load, so a second search begins with one stiffness for
+//! all groups.
 
 use std::sync::Arc;
 

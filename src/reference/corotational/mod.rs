@@ -20,6 +20,7 @@
 //! | file | idea |
 //! |---|---|
 //! | [`rotation`] | the rotation in a gradient: singular values with a sign, Newton steps from the last one |
+//! | [`plane`] | the same in two dimensions |
 //! | [`body`] | energy, force and products with the tangent, without a matrix |
 //! | [`twist`] | what the turning of R adds to the second derivative |
 //! | [`matrix`] | the tangent as a sparse matrix, filled again in place |
@@ -31,6 +32,7 @@ pub mod body;
 pub mod held;
 pub mod inversion;
 pub mod matrix;
+pub mod plane;
 pub mod rotation;
 pub mod statics;
 pub mod twist;

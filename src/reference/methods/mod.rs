@@ -74,7 +74,7 @@ pub const METHODS: &[Method] = &[
         name: "t3",
         doc: "triangles with linear displacement, 1 Gauss point",
         body: MethodBody::Mesh { cells: &[CellKind::Triangle], points: elements::integration_points },
-        domains: None,
+        domains: Some(|mesh, thickness| smoothed::domains(mesh, Smoothing::Element, thickness)),
     },
     Method {
         name: "t4",
@@ -134,7 +134,7 @@ pub const METHODS: &[Method] = &[
         name: "smoothed_triangle",
         doc: "triangles with the strain averaged over edges (ES-FEM)",
         body: MethodBody::Mesh { cells: &[CellKind::Triangle], points: smoothed::edge_points },
-        domains: None,
+        domains: Some(|mesh, thickness| smoothed::domains(mesh, Smoothing::Edge, thickness)),
     },
 ];
 
