@@ -151,7 +151,7 @@ pub fn solve(
                 let linear = || worker_beside(target.linear);
                 let first = given(&|| Box::new(linear()), Some(&linear), None)?;
                 let mut even = gauss_newton::start(&nonlinear, 1);
-                let mut worker = linear();
+                let mut worker = worker_beside(target.linear);
                 worker.error(&even)?;
                 worker.fit_scale(&mut even);
                 let mut found = gauss_newton::from(&nonlinear, settings, &[first.phi, even])?;
