@@ -6,5 +6,6 @@ mod bodies;
 mod corotational;
 mod linear;
 mod motion;
+mod plane;
 mod push;
 mod scenes;
