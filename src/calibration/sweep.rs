@@ -146,8 +146,16 @@ pub fn solve(
                     Box::new(LargeDisplacement::new(*target, cases, &progress.interrupt()))
                 };
                 let (upper, index) = (&problem.upper[..], problem.index);
-                let nonlinear =
-                    Problem { make: &make, displacement: None, linear: None, upper, seed, index, side_by_side, progress };
+                let nonlinear = Problem {
+                    make: &make,
+                    displacement: None,
+                    linear: None,
+                    upper,
+                    seed,
+                    index,
+                    side_by_side,
+                    progress,
+                };
                 let linear = || worker_beside(target.linear);
                 let first = given(&|| Box::new(linear()), Some(&linear), None)?;
                 let mut even = gauss_newton::start(&nonlinear, 1);
@@ -167,7 +175,8 @@ pub fn solve(
             return Ok(Solved { outcome, displacement, error_difference, seconds: watch.seconds() });
         }
         let settings = exact(&problem.operator, shared.solver);
-        let mut exact = Displacement::with_solver(target_beside(shared.reference), &settings).watching(&progress.interrupt());
+        let mut exact =
+            Displacement::with_solver(target_beside(shared.reference), &settings).watching(&progress.interrupt());
         let error = exact.error(&outcome.phi)?;
         let error_difference = match problem.search {
             Search::Displacement if error > 0.0 => Some((outcome.error - error).abs() / error),

@@ -61,11 +61,7 @@ impl Stepper<'_> {
         };
         let Work { residual, direction, .. } = &mut self.work;
         if !system.has(coefficients) {
-            let only_mass = system.tangents(
-                self.model,
-                [&self.state.displacement, &self.state.velocity],
-                coefficients,
-            );
+            let only_mass = system.tangents(self.model, [&self.state.displacement, &self.state.velocity], coefficients);
             if only_mass {
                 let pairs = residual.iter().zip(self.model.masses());
                 direction.iter_mut().zip(pairs).for_each(|(d, (r, mass))| *d = r / (coefficients[0] * mass));

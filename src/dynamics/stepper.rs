@@ -40,7 +40,14 @@ pub struct Settings {
 impl Settings {
     /// The defaults with a step in s: average acceleration, balance to 1e-10 in at most 50 iterations.
     pub fn with_step(step: f64) -> Self {
-        Self { step, newmark: [0.25, 0.5], tolerance: 1e-10, iterations: 50, symbolic: None, linear: LinearSolver::Cholesky }
+        Self {
+            step,
+            newmark: [0.25, 0.5],
+            tolerance: 1e-10,
+            iterations: 50,
+            symbolic: None,
+            linear: LinearSolver::Cholesky,
+        }
     }
 }
 

@@ -42,18 +42,23 @@ pub enum LinearSolver {
 /// The matrix m M + c C + k K, and how it is solved with.
 pub(super) struct System {
     way: Way,
+    sum: Sum,
+    /// Whether the matrix stays as it is: that of a linear body.
+    pub lasting: bool,
+}
+
+/// Its parts and their sum.
+struct Sum {
     matrix: CsrMatrix<f64>,
     diagonal: Vec<usize>,
     stiffness: Vec<f64>,
     damping: Vec<f64>,
     /// The coefficients of M, C and K in the matrix.
     coefficients: [f64; 3],
-    /// Whether the matrix stays as it is: that of a linear body.
-    pub lasting: bool,
 }
 
 enum Way {
-    Factor(Factor),
+    Factor(Box<Factor>),
     Gradients(Box<Gradients>),
 }
 
@@ -76,10 +81,10 @@ impl System {
     pub fn new(model: &dyn Model, symbolic: Option<&Arc<Symbolic>>, solver: LinearSolver) -> Result<Self> {
         let pattern = model.pattern();
         let way = match solver {
-            LinearSolver::Cholesky => Way::Factor(Factor::new(match symbolic {
+            LinearSolver::Cholesky => Way::Factor(Box::new(Factor::new(match symbolic {
                 Some(symbolic) => Arc::clone(symbolic),
                 None => Symbolic::analyse(pattern, minimum_degree(pattern)?)?,
-            })),
+            }))),
             LinearSolver::Gradients { tolerance } => Way::Gradients(Box::new(Gradients {
                 jacobi: BlockJacobi::new(pattern, |unknown| model.node(unknown)),
                 work: cg::Workspace::new(pattern.len()),
@@ -90,29 +95,83 @@ impl System {
         let zeros = vec![0.0; pattern.entries()];
         let matrix = CsrMatrix::try_from_pattern_and_values(pattern.as_csr().clone(), zeros.clone());
         let diagonal = |i| pattern.position(i, i).expect("the diagonal is stored");
-        Ok(Self {
-            way,
+        let sum = Sum {
             matrix: matrix.expect("one value for each entry of the pattern"),
             diagonal: (0..pattern.len()).map(diagonal).collect(),
             stiffness: zeros.clone(),
             damping: zeros,
             coefficients: [0.0; 3],
-            lasting: false,
-        })
+        };
+        Ok(Self { way, sum, lasting: false })
     }
 
     /// Whether the matrix with these coefficients is ready.
     pub fn has(&self, coefficients: [f64; 3]) -> bool {
-        self.lasting && self.coefficients == coefficients
+        self.lasting && self.sum.coefficients == coefficients
     }
 
     /// Takes the tangents at (u, v); true when the matrix will be nothing but mass.
     pub fn tangents(&mut self, model: &mut dyn Model, [u, v]: [&[f64]; 2], coefficients: [f64; 3]) -> bool {
-        self.coefficients = coefficients;
-        model.tangent(u, v, &mut self.stiffness, &mut self.damping);
-        coefficients[2] == 0.0 && self.damping.iter().all(|&c| c == 0.0)
+        self.sum.coefficients = coefficients;
+        model.tangent(u, v, &mut self.sum.stiffness, &mut self.sum.damping);
+        coefficients[2] == 0.0 && self.sum.damping.iter().all(|&c| c == 0.0)
     }
 
+    /// Makes the matrix ready for [`System::solve`].
+    ///
+    /// # Errors
+    /// Those of the factorisation.
+    pub fn prepare(&mut self, masses: &[f64]) -> Result<Spent> {
+        let mut spent = Spent::default();
+        match &mut self.way {
+            Way::Gradients(gradients) => {
+                self.sum.compose(0.0, masses);
+                gradients.jacobi.load(self.sum.matrix.values());
+            }
+            Way::Factor(factor) => {
+                for shift in SHIFTS {
+                    self.sum.compose(shift, masses);
+                    factor.load(&self.sum.matrix);
+                    spent.factorisations += 1;
+                    match factor.refactor() {
+                        Err(Error::NotPositiveDefinite { .. }) if shift < SHIFTS[SHIFTS.len() - 1] => {}
+                        outcome => return outcome.map(|()| spent),
+                    }
+                }
+            }
+        }
+        Ok(spent)
+    }
+
+    /// Solves with the matrix; `x` holds a guess for the iteration.
+    ///
+    /// # Errors
+    /// [`Error::Inaccurate`] when the tolerance is not reached; those of [`Factor::solve`].
+    pub fn solve(&mut self, masses: &[f64], b: &[f64], x: &mut [f64]) -> Result<Spent> {
+        let mut spent = Spent::default();
+        let gradients = match &mut self.way {
+            Way::Factor(factor) => return factor.solve(b, x).map(|_| spent),
+            Way::Gradients(gradients) => gradients,
+        };
+        for shift in SHIFTS {
+            if shift > 0.0 {
+                self.sum.compose(shift, masses);
+                gradients.jacobi.load(self.sum.matrix.values());
+            }
+            let (outcome, definite) = gradients.iterate(self.sum.matrix.values(), b, x);
+            spent.iterations += outcome.iterations as u64;
+            if outcome.reached(gradients.tolerance) {
+                return Ok(spent);
+            }
+            if definite {
+                return Err(Error::Inaccurate { backward_error: outcome.residual, limit: gradients.tolerance });
+            }
+        }
+        Err(Error::NotPositiveDefinite { dof: 0 })
+    }
+}
+
+impl Sum {
     /// matrix = (1 + shift) m M + c C + k K
     fn compose(&mut self, shift: f64, masses: &[f64]) {
         let [m, c, k] = self.coefficients;
@@ -123,55 +182,6 @@ impl System {
         for (&place, mass) in self.diagonal.iter().zip(masses) {
             values[place] += (1.0 + shift) * m * mass;
         }
-    }
-
-    /// Makes the matrix ready for [`System::solve`].
-    pub fn prepare(&mut self, masses: &[f64]) -> Result<Spent> {
-        for (tried, shift) in SHIFTS.into_iter().enumerate() {
-            self.compose(shift, masses);
-            let factor = match &mut self.way {
-                Way::Gradients(gradients) => {
-                    gradients.jacobi.load(self.matrix.values());
-                    return Ok(Spent::default());
-                }
-                Way::Factor(factor) => factor,
-            };
-            factor.load(&self.matrix);
-            match factor.refactor() {
-                Err(Error::NotPositiveDefinite { .. }) if tried + 1 < SHIFTS.len() => {}
-                outcome => return outcome.map(|()| Spent { factorisations: tried as u64 + 1, iterations: 0 }),
-            }
-        }
-        Ok(Spent::default())
-    }
-
-    /// Solves with the matrix; `x` holds a guess for the iteration.
-    ///
-    /// # Errors
-    /// [`Error::Inaccurate`] when the tolerance is not reached; those of [`Factor::solve`].
-    pub fn solve(&mut self, masses: &[f64], b: &[f64], x: &mut [f64]) -> Result<Spent> {
-        if let Way::Factor(factor) = &mut self.way {
-            return factor.solve(b, x).map(|_| Spent::default());
-        }
-        let mut spent = Spent::default();
-        for shift in SHIFTS {
-            if shift > 0.0 {
-                self.compose(shift, masses);
-            }
-            let Way::Gradients(gradients) = &mut self.way else { unreachable!("the way does not change") };
-            if shift > 0.0 {
-                gradients.jacobi.load(self.matrix.values());
-            }
-            let (outcome, definite) = gradients.iterate(self.matrix.values(), b, x);
-            spent.iterations += outcome.iterations as u64;
-            if outcome.reached(gradients.tolerance) {
-                return Ok(spent);
-            }
-            if definite {
-                return Err(Error::Inaccurate { backward_error: outcome.residual, limit: gradients.tolerance });
-            }
-        }
-        Err(Error::NotPositiveDefinite { dof: 0 })
     }
 }
 

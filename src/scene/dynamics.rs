@@ -14,9 +14,9 @@ use crate::dynamics::stepper::Settings;
 use crate::error::{Error, Result};
 use crate::reference::corotational::Tangent;
 
-use super::{Kinematics, Scene};
 use super::check::{positive, within};
 use super::choices::{known, names};
+use super::{Kinematics, Scene};
 
 /// `[dynamics]`: masses and damping for a simulation, and the motion of the body if `duration` or `steps` is given.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

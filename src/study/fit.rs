@@ -118,8 +118,11 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
     let problems: Vec<SweepProblem> =
         distinct.iter().map(|&i| given.problem(&goal, &groupings[i], i)).collect::<Result<_>>()?;
     let solved = given.solve(&problems, progress)?;
-    let displacements: Vec<Vec<f64>> =
-        distinct.iter().zip(&solved).map(|(&i, found)| given.moved(found, &groupings[i], progress)).collect::<Result<_>>()?;
+    let displacements: Vec<Vec<f64>> = distinct
+        .iter()
+        .zip(&solved)
+        .map(|(&i, found)| given.moved(found, &groupings[i], progress))
+        .collect::<Result<_>>()?;
     let answer = |i: usize| distinct.iter().position(|&d| d == same[i]).unwrap_or(0);
     let sweep: Vec<Row> = (0..gammas.len())
         .map(|i| {

@@ -185,9 +185,10 @@ fn analysis(given: &Given) -> Result<Arc<Symbolic>> {
 /// What is turned inside out in the static answers, in words.
 pub fn warnings(loads: &[LoadCase], reference: &Reference) -> Vec<String> {
     let inversions = reference.large.iter().flat_map(|large| &large.inversions);
-    let told = loads.iter().zip(inversions).filter_map(|(case, inversion)| {
-        Some(format!("under the load {}: {}", case.name, describe(inversion)?))
-    });
+    let told = loads
+        .iter()
+        .zip(inversions)
+        .filter_map(|(case, inversion)| Some(format!("under the load {}: {}", case.name, describe(inversion)?)));
     told.collect()
 }
 

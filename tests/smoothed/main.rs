@@ -9,3 +9,4 @@ mod motion;
 mod plane;
 mod push;
 mod scenes;
+mod springs;

@@ -102,9 +102,10 @@ fn a_strip_of_triangles_bends_far_comes_back_from_inside_out_and_does_not_feel_a
         }
         let mut unheld = body(&mesh, smoothing, &vec![[false; 3]; mesh.positions().len()]);
         let (sine, cosine) = 2.5_f64.sin_cos();
-        let turned = mesh.positions().iter().flat_map(|x| {
-            [cosine * x[0] - sine * x[1] + 3.0 - x[0], sine * x[0] + cosine * x[1] - 1.0 - x[1]]
-        });
+        let turned = mesh
+            .positions()
+            .iter()
+            .flat_map(|x| [cosine * x[0] - sine * x[1] + 3.0 - x[0], sine * x[0] + cosine * x[1] - 1.0 - x[1]]);
         unheld.place(&turned.collect::<Vec<f64>>());
         assert!(unheld.energy() < 1e-20, "{}", unheld.energy());
     }

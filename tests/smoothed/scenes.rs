@@ -37,7 +37,8 @@ fn turned(angle: f64, stretch: [f64; 3]) -> String {
     let (sine, cosine) = angle.sin_cos();
     let turn = [[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]];
     let entry = |i: usize, j: usize| turn[i][j] * (1.0 + stretch[j]) - f64::from(u8::from(i == j));
-    let rows: Vec<String> = (0..3).map(|i| format!("[{:?}, {:?}, {:?}]", entry(i, 0), entry(i, 1), entry(i, 2))).collect();
+    let rows: Vec<String> =
+        (0..3).map(|i| format!("[{:?}, {:?}, {:?}]", entry(i, 0), entry(i, 1), entry(i, 2))).collect();
     format!("{{ gradient = [{}] }}", rows.join(", "))
 }
 
@@ -50,17 +51,21 @@ fn a_state_that_is_turned_gives_the_same_springs_and_a_linear_continuum_others()
             "kinematics = \"{kinematics}\"\n[calibration]\nobjective = \"acceleration\"\n\
              [calibration.acceleration]\nsnapshots = [{states}]"
         );
-        run_text(text(1e7, WEIGHT, &rest)).expect("a study").calibration.phi
+        run_text(text(1e7, WEIGHT, &rest)).map(|study| study.calibration.phi)
     };
-    let straight = springs("corotational", 0.0);
-    let turned = springs("corotational", 1.1);
+    let straight = springs("corotational", 0.0).expect("springs");
+    let turned = springs("corotational", 1.1).expect("springs");
     assert!(straight.iter().any(|&phi| phi > 0.0));
     let difference = largest_difference(&straight, &turned);
     assert!(difference < 1e-9, "{straight:?} {turned:?}");
     // without a turn and with small strains both are one continuum
-    let linear = springs("linear", 0.0);
+    let linear = springs("linear", 0.0).expect("springs");
     assert!(largest_difference(&straight, &linear) < 1e-9, "{straight:?} {linear:?}");
-    assert!(largest_difference(&straight, &springs("linear", 1.1)) > 0.1);
+    // a linear continuum takes the turn for a strain: other springs, or none that hold
+    match springs("linear", 1.1) {
+        Ok(other) => assert!(largest_difference(&straight, &other) > 0.1, "{straight:?} {other:?}"),
+        Err(error) => assert!(matches!(error, Error::Mechanism { .. }), "{error}"),
+    }
 }
 
 #[test]
@@ -122,8 +127,8 @@ fn a_scene_in_motion_is_the_motion_of_the_body_and_both_solvers_agree() {
     assert!(iterated.motions[0].solves.linear_iterations > 0 && iterated.motions[0].solves.factorisations == 0);
     assert!(largest_difference(&last(&usual), &last(&iterated)) < 1e-8);
     for integrator in ["midpoint", "implicit_euler", "newmark"] {
-        let [direct, iterated] = ["", "linear_solver = \"cg\"\n"]
-            .map(|solver| motion(&format!("{solver}integrator = \"{integrator}\"\n")));
+        let [direct, iterated] =
+            ["", "linear_solver = \"cg\"\n"].map(|solver| motion(&format!("{solver}integrator = \"{integrator}\"\n")));
         let difference = largest_difference(&last(&direct), &last(&iterated));
         assert!(difference < 1e-7, "{integrator}: {difference}");
         if integrator == "midpoint" {
@@ -160,7 +165,7 @@ fn a_free_body_keeps_its_momentum_and_turns_about_its_centre_of_mass() {
     // kinetic energy at the start: of the flight and of the turn, and it stays but for what the strain takes
     let start = moved.motion.energies[0];
     let flight = 0.5 * total * velocity.iter().map(|v| v * v).sum::<f64>();
-    assert!(start.elastic == 0.0 && start.kinetic > flight + 1.0);
+    assert!(start.elastic < 1e-20 * start.kinetic && start.kinetic > flight + 1.0);
     assert!(drift(&moved.motion.energies) < 1e-2 && moved.motion.energies[30].elastic > 0.0);
     // a node far from the axis has gone a good part of a turn
     let most = moved.motion.frames[40].iter().fold(0.0_f64, |most, u| most.max(u.abs()));
@@ -203,7 +208,11 @@ fn a_motion_that_folds_the_body_is_told_and_never_nan() {
             "[dynamics]\nmodel = \"reference\"\nintegrator = \"{integrator}\"\nstep = {step}\nduration = 0.1\n\
              velocity = [-60.0, 0.0, 5.0]"
         );
-        let outcome = run_text(text(1e5, WEIGHT.replace("9810", "981").as_str(), &format!("kinematics = \"corotational\"\n{dynamics}")));
+        let outcome = run_text(text(
+            1e5,
+            WEIGHT.replace("9810", "981").as_str(),
+            &format!("kinematics = \"corotational\"\n{dynamics}"),
+        ));
         match outcome {
             Ok(study) => {
                 let moved = &study.dynamics.as_ref().expect("it moves").motions[0];

@@ -133,9 +133,9 @@ pub fn descend(problem: &Problem, settings: &Settings, from: &[f64]) -> Result<O
             let mut trial_phi = trial;
             let tried = match objective.error(&trial_phi) {
                 Ok(_) => objective.fit_scale(&mut trial_phi),
-                Err(
-                    Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. } | Error::NoEquilibrium { .. },
-                ) => f64::INFINITY,
+                Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. } | Error::NoEquilibrium { .. }) => {
+                    f64::INFINITY
+                }
                 Err(other) => return Err(other),
             };
             if tried < error {

@@ -82,10 +82,16 @@ pub struct Large {
 ///
 /// # Errors
 /// Those of [`Newton::solve`].
-pub fn answers(body: &mut Held, loads: &[(&str, &Load)], search: Search, interrupt: &Interrupt) -> Result<(Vec<Case>, Large)> {
+pub fn answers(
+    body: &mut Held,
+    loads: &[(&str, &Load)],
+    search: Search,
+    interrupt: &Interrupt,
+) -> Result<(Vec<Case>, Large)> {
     let mut newton = Newton::new(body.pattern(), None)?.watching(interrupt);
     let rest = vec![0.0; body.dofs().len()];
-    let mut work = Large { iterations: 0, factorisations: 0, residual: 0.0, inversions: Vec::new(), linear: Vec::new() };
+    let mut work =
+        Large { iterations: 0, factorisations: 0, residual: 0.0, inversions: Vec::new(), linear: Vec::new() };
     let mut one = |(name, load): &(&str, &Load)| -> Result<Case> {
         let found = newton.solve(body, &load.forces, &rest, search).map_err(|error| error.under(name))?;
         work.iterations += found.iterations;

@@ -2,7 +2,8 @@
 //!
 //! K and C of what is to move are linearised at rest ([`stability`]) and the limit is found for every alpha. A larger step is
 //! refused with the smallest alpha that would do. Springs also get the limit that holds however they turn and stretch; "auto"
-//! takes that one for them.
+//! takes that one for them. A corotational continuum is linearised at rest too: its stiffness turns with it, but where it is
+//! strained far it can be stiffer than there.
 //!
 //! Before the calibration its upper bounds (5.8) already tell a step that is safe whatever it finds: no spring becomes
 //! stiffer, and none is damped more, than at its bound.
@@ -129,7 +130,9 @@ impl Mover<'_> {
                 smallest_alpha: None,
             };
             limits.step = self.step(&limits);
-            if let (Some(body), Some(limit), Some(step), None) = (&at_rest, &limits.at_rest, limits.step, continuum.map(|_| ())) {
+            if let (Some(body), Some(limit), Some(step), None) =
+                (&at_rest, &limits.at_rest, limits.step, continuum.map(|_| ()))
+            {
                 limits.smallest_alpha = stability::smallest_alpha(body, limit, step);
             }
             Ok(limits)
