@@ -2,7 +2,8 @@
 //!
 //! Small gammas make many small groups, large ones few large groups. Two gammas that give the same groups are the same
 //! problem: it is solved once, and both rows of the table show it. The distinct problems are independent and run in
-//! parallel, each with its own random streams.
+//! parallel, each with its own random streams. The search of a problem is a piece ([`crate::calibration::pieces`]): an answer that is known
+//! already is only confirmed.
 
 use crate::calibration::linear::Reduced;
 use crate::calibration::objective::{Objective, Problem, each};
@@ -11,6 +12,7 @@ use crate::calibration::objectives::large::{self, LargeDisplacement};
 use crate::calibration::objectives::linear::Linear;
 use crate::calibration::optimiser::{Optimiser, Outcome, Settings};
 use crate::calibration::optimisers::gauss_newton;
+use crate::calibration::pieces::{Kept, NOTHING, Piece, Stage};
 use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
 use crate::springs::grouping::Grouping;
@@ -79,6 +81,8 @@ pub struct Shared<'a> {
     pub weights: &'a [f64],
     /// How K(phi) u = f is solved while the optimiser searches.
     pub solver: &'a solver::Settings,
+    /// Pieces that are known already, and who hears of new ones.
+    pub kept: &'a Kept<'a>,
 }
 
 /// The answer to one distinct problem.
@@ -132,39 +136,44 @@ pub fn solve(
         };
         let worker = || worker_beside(shared.reference);
         let given = |make, displacement, linear| -> Result<Outcome> {
-            let (upper, index) = (&problem.upper[..], problem.index);
-            (optimiser.run)(
-                &Problem { make, displacement, linear, upper, seed, index, side_by_side, progress },
-                settings,
-            )
+            let (upper, index, kept) = (&problem.upper[..], problem.index, shared.kept);
+            kept.or(Piece { problem: index, stage: Stage::Answer, number: 0 }, || {
+                let all = Problem { make, displacement, linear, upper, seed, index, side_by_side, progress, kept };
+                (optimiser.run)(&all, settings)
+            })
         };
         let outcome = match &problem.search {
             Search::Large(target) => {
-                let Shared { forces, reference, weights, .. } = shared;
-                let cases = large::Cases { forces, reference, weights };
-                let make = || -> Box<dyn Objective> {
-                    Box::new(LargeDisplacement::new(*target, cases, &progress.interrupt()))
+                let turning = || -> Result<Outcome> {
+                    let Shared { forces, reference, weights, .. } = shared;
+                    let cases = large::Cases { forces, reference, weights };
+                    let linear = || worker_beside(target.linear);
+                    let nonlinear = || LargeDisplacement::new(*target, cases, &progress.interrupt());
+                    let (upper, index, kept) = (&problem.upper[..], problem.index, &NOTHING);
+                    let make = || -> Box<dyn Objective> { Box::new(linear()) };
+                    let displacement = None;
+                    let all = Problem {
+                        make: &make,
+                        displacement,
+                        linear: None,
+                        upper,
+                        seed,
+                        index,
+                        side_by_side,
+                        progress,
+                        kept,
+                    };
+                    let first = (optimiser.run)(&Problem { displacement: Some(&linear), ..all }, settings)?;
+                    let mut even = gauss_newton::start(&all, 1);
+                    let mut worker = linear();
+                    worker.error(&even)?;
+                    worker.fit_scale(&mut even);
+                    let make = || -> Box<dyn Objective> { Box::new(nonlinear()) };
+                    let mut found = gauss_newton::from(&Problem { make: &make, ..all }, settings, &[first.phi, even])?;
+                    found.counts += first.counts;
+                    Ok(found)
                 };
-                let (upper, index) = (&problem.upper[..], problem.index);
-                let nonlinear = Problem {
-                    make: &make,
-                    displacement: None,
-                    linear: None,
-                    upper,
-                    seed,
-                    index,
-                    side_by_side,
-                    progress,
-                };
-                let linear = || worker_beside(target.linear);
-                let first = given(&|| Box::new(linear()), Some(&linear), None)?;
-                let mut even = gauss_newton::start(&nonlinear, 1);
-                let mut worker = worker_beside(target.linear);
-                worker.error(&even)?;
-                worker.fit_scale(&mut even);
-                let mut found = gauss_newton::from(&nonlinear, settings, &[first.phi, even])?;
-                found.counts += first.counts;
-                Ok(found)
+                shared.kept.or(Piece { problem: problem.index, stage: Stage::Answer, number: 0 }, turning)
             }
             Search::Displacement => given(&|| Box::new(worker()), Some(&worker), None),
             Search::Linear(reduced) => given(&|| Box::new(Linear::new(reduced, &problem.upper)), None, Some(reduced)),

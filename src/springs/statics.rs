@@ -62,7 +62,7 @@ impl<'a> LargeSprings<'a> {
         }
     }
 
-    /// Gives the springs of every group their number, N/m (N with the law "axial_rigidity").
+    /// Gives the springs of every group their number, N/m times the unit of its profile.
     pub fn set(&mut self, phi: &[f64]) {
         self.stiffness = weighting::stiffness(self.grouping, self.coefficients, phi);
     }

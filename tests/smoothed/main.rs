@@ -10,3 +10,4 @@ mod plane;
 mod push;
 mod scenes;
 mod springs;
+mod turning;

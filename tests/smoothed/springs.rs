@@ -9,7 +9,8 @@ use springfit::geometry::grid::Grid;
 use springfit::sparse::cholesky::Symbolic;
 use springfit::sparse::equilibrium::Search;
 use springfit::sparse::ordering::minimum_degree;
-use springfit::springs::{affine, grouping, topology};
+use springfit::springs::grouping::{self, Request};
+use springfit::springs::{affine, topology};
 
 #[test]
 fn the_jacobian_of_large_displacements_is_that_of_differences() {
@@ -18,7 +19,7 @@ fn the_jacobian_of_large_displacements_is_that_of_differences() {
     let fixed: Vec<[bool; 3]> = positions.iter().map(|x| [x[0] == 0.0; 3]).collect();
     let dofs = DofMap::untied(3, &fixed);
     let network = (topology::find("grid").expect("in the table").connect)(&grid, &positions, &dofs);
-    let grouping = (grouping::find("kind").expect("in the table").group)(&network, 0.5).expect("kinds");
+    let grouping = (grouping::find("kind").expect("in the table").group)(&network, &Request::default()).expect("kinds");
     let coefficients = vec![1.0; network.springs.len()];
     let pattern = affine::pattern(&network, &dofs);
     let symbolic = Symbolic::analyse(&pattern, minimum_degree(&pattern).expect("small")).expect("small");
