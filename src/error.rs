@@ -70,10 +70,12 @@ pub enum Error {
     },
     /// Newton's method found no equilibrium under large displacements.
     #[error(
-        "no equilibrium at {:.0} % of the load: {reason}, {residual:.2e} of the largest force is out of balance after {iterations} iterations, allowed {tolerance:.0e}",
+        "the {what} finds no equilibrium at {:.0} % of the load: {reason}, {residual:.2e} of the largest force is out of balance after {iterations} iterations, allowed {tolerance:.0e}",
         100.0 * load
     )]
     NoEquilibrium {
+        /// "body" or "spring network", and under which load where that is known.
+        what: String,
         /// Share of the load, 1 for all of it.
         load: f64,
         /// What stopped the search.
@@ -136,6 +138,14 @@ impl Error {
     /// An [`Error::Input`] for a scene key.
     pub fn input(key: impl Into<String>, message: impl Into<String>, help: impl Into<String>) -> Self {
         Self::Input { key: key.into(), message: message.into(), help: help.into() }
+    }
+
+    /// The same with the load under which no equilibrium was found.
+    pub fn under(mut self, load: &str) -> Self {
+        if let Self::NoEquilibrium { what, .. } = &mut self {
+            *what += &format!(" under the load {load}");
+        }
+        self
     }
 
     /// What to do about it, if the error can say.

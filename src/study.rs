@@ -2,7 +2,7 @@
 //!
 //! 1. the body: a patch or a mesh ([`continuum`]), held and tied nodes ([`body`]);
 //! 2. the forces of every load case ([`loads`]);
-//! 3. the continuum reference: K_ref u_ref = f;
+//! 3. the continuum reference: K_ref u_ref = f, or its equilibrium under large displacements ([`large`]);
 //! 4. the springs on the same nodes, and one analysis of their pattern ([`network`]);
 //! 5. groups and bounds for every gamma, the fit of each (Algorithm 5.1), and the errors under fitted and held-out loads
 //!    ([`fit`], and [`linear_fit`] for the objectives other than the displacement);
@@ -19,6 +19,7 @@ pub mod checkpoint;
 pub mod continuum;
 pub mod converged;
 pub mod fit;
+pub mod large;
 pub mod linear_fit;
 pub mod loads;
 pub mod motion;
@@ -86,9 +87,10 @@ impl Study {
                 springs: &springs[c],
             })
             .collect();
+        let moving = self.dynamics.as_ref().map(|data| &data.dofs);
         let moved = self.dynamics.iter().flat_map(|data| &data.motions);
         let motions: Vec<Recorded> =
-            moved.map(|moved| Recorded { alpha: moved.alpha, motion: &moved.motion }).collect();
+            moved.map(|moved| Recorded { alpha: moved.alpha, motion: &moved.motion, dofs: moving }).collect();
         let calibrated = Calibrated {
             name: &self.scene.name,
             body: self.body.continuum.exported(),
@@ -143,6 +145,7 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
     progress.enter("reference", 0);
     let mut reference = solve_reference(&body, &loads, progress)?;
     loads::scale(&scene, &mut loads, &mut reference);
+    large::answer(&scene, &body, &loads, &mut reference, progress)?;
     timed("reference", watch);
 
     let watch = Stopwatch::start();
@@ -184,7 +187,10 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
     let mut warnings = body.warnings.clone();
     warnings.extend(lattice.warnings.iter().cloned());
     warnings.extend(linear_fit::warning(&scene, &body));
+    warnings.extend(large::warnings(&loads, &reference));
     warnings.extend(calibration.warning());
+    let moved = dynamics.iter().flat_map(|data| &data.motions);
+    warnings.extend(moved.filter_map(|moved| moved.inverted.and_then(|inverted| inverted.warning())));
     Ok(Study {
         scene,
         body,

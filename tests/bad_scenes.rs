@@ -76,6 +76,31 @@ const WRONG_INPUT: &[Expectation] = &[
         16,
         ["dynamics.model: the continuum has no springs that alpha could damp", "give dynamics.rayleigh"],
     ),
+    ("dynamics_free_load", 14, ["dynamics.load_until: no load case acts on a free body", "set dynamics.free to false"]),
+    ("dynamics_linear_tolerance", 13, ["dynamics.linear_tolerance: 1e-20 is out of range", "from 1e-14 to 1e-2"]),
+    ("dynamics_spin", 13, ["dynamics.angular_velocity: 1 numbers for a body in 3D", "give 3"]),
+    (
+        "dynamics_tangent",
+        13,
+        ["dynamics.tangent: only a corotational continuum has a choice of tangents", "set dynamics.model"],
+    ),
+    ("dynamics_velocity", 13, ["dynamics.velocity: 2 numbers for a body in 3D", "give 3, one for each direction"]),
+    (
+        "kinematics_of_hexahedra",
+        14,
+        ["reference.kinematics: \"b8\" is for small displacements", "methods that turn are t3, t4, smoothed_face"],
+    ),
+    (
+        "kinematics_of_patches",
+        13,
+        ["reference.kinematics: \"iga\" is for small displacements", "or set kinematics = \"linear\""],
+    ),
+    (
+        "large_optimiser",
+        16,
+        ["calibration.optimiser: annealing solves K(phi) u = f", "use gauss_newton, or the objective acceleration"],
+    ),
+    ("load_steps_zero", 15, ["reference.load_steps: 0 is out of range", "give a whole number from 1 to 1000"]),
     ("dynamics_rayleigh", 16, ["dynamics.rayleigh[1]: -0.001 is negative", "give a number from 0"]),
     (
         "dynamics_step_text",

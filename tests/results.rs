@@ -112,7 +112,7 @@ fn result_is_as_promised(result: &Value) {
     }
     result["converged"]["cases"].as_array().into_iter().flatten().for_each(errors_add_up);
     has_keys(&result["sizes"], SIZES, &[]);
-    has_keys(&result["reference"], REFERENCE, &["path", "iterations"]);
+    has_keys(&result["reference"], REFERENCE, &["path", "iterations", "large"]);
     let calibration = &result["calibration"];
     has_keys(calibration, CALIBRATION, &["objective_error", "outside_pattern"]);
     let objective = calibration["objective"].as_str().expect("a name");

@@ -8,9 +8,11 @@
 use crate::calibration::linear::Reduced;
 use crate::calibration::objective::{Objective, Problem, each};
 use crate::calibration::objectives::displacement::{Displacement, Target};
+use crate::calibration::objectives::large::{self, LargeDisplacement};
 use crate::calibration::objectives::linear::Linear;
 use crate::calibration::optimiser::{Optimiser, Outcome, Settings};
-use crate::calibration::pieces::{Kept, Piece, Stage};
+use crate::calibration::optimisers::gauss_newton;
+use crate::calibration::pieces::{Kept, NOTHING, Piece, Stage};
 use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
 use crate::springs::grouping::Grouping;
@@ -45,9 +47,11 @@ pub fn first_equal(groupings: &[Grouping]) -> Vec<usize> {
 }
 
 /// What a problem makes small.
-pub enum Search {
+pub enum Search<'a> {
     /// The displacement error (5.7).
     Displacement,
+    /// The displacement error of a network in equilibrium beside a continuum that turns.
+    Large(large::Target<'a>),
     /// A distance that is linear in phi.
     Linear(Reduced),
     /// Nothing: phi is known.
@@ -61,7 +65,7 @@ pub struct SweepProblem<'a> {
     /// Upper bounds of the groups.
     pub upper: Vec<f64>,
     /// What is made small.
-    pub search: Search,
+    pub search: Search<'a>,
     /// Index of the first gamma that gives it; names its random streams.
     pub index: usize,
 }
@@ -85,7 +89,8 @@ pub struct Shared<'a> {
 pub struct Solved {
     /// What the optimiser found.
     pub outcome: Outcome,
-    /// Displacements of the fitted cases there (cases x n), m, from a fresh solve with [`exact`] settings.
+    /// Displacements of the fitted cases there (cases x n), m, from a fresh solve with [`exact`] settings; none of
+    /// [`Search::Large`], whose networks have other ones.
     pub displacement: Vec<f64>,
     /// |e - e'| / e' of the optimiser's error e and the error e' of these displacements; none where the optimiser made
     /// another error small.
@@ -119,14 +124,17 @@ pub fn solve(
     let solve_one = |i: usize| -> Result<Solved> {
         let problem = &problems[i];
         let watch = Stopwatch::start();
-        let target = Target {
+        let target_beside = |reference| Target {
             operator: &problem.operator,
             upper: &problem.upper,
             forces: shared.forces,
-            reference: shared.reference,
+            reference,
             weights: shared.weights,
         };
-        let worker = || Displacement::with_solver(target, shared.solver).watching(&progress.interrupt());
+        let worker_beside = |reference| {
+            Displacement::with_solver(target_beside(reference), shared.solver).watching(&progress.interrupt())
+        };
+        let worker = || worker_beside(shared.reference);
         let given = |make, displacement, linear| -> Result<Outcome> {
             let (upper, index, kept) = (&problem.upper[..], problem.index, shared.kept);
             kept.or(Piece { problem: index, stage: Stage::Answer, number: 0 }, || {
@@ -135,12 +143,49 @@ pub fn solve(
             })
         };
         let outcome = match &problem.search {
+            Search::Large(target) => {
+                let turning = || -> Result<Outcome> {
+                    let Shared { forces, reference, weights, .. } = shared;
+                    let cases = large::Cases { forces, reference, weights };
+                    let linear = || worker_beside(target.linear);
+                    let nonlinear = || LargeDisplacement::new(*target, cases, &progress.interrupt());
+                    let (upper, index, kept) = (&problem.upper[..], problem.index, &NOTHING);
+                    let make = || -> Box<dyn Objective> { Box::new(linear()) };
+                    let displacement = None;
+                    let all = Problem {
+                        make: &make,
+                        displacement,
+                        linear: None,
+                        upper,
+                        seed,
+                        index,
+                        side_by_side,
+                        progress,
+                        kept,
+                    };
+                    let first = (optimiser.run)(&Problem { displacement: Some(&linear), ..all }, settings)?;
+                    let mut even = gauss_newton::start(&all, 1);
+                    let mut worker = linear();
+                    worker.error(&even)?;
+                    worker.fit_scale(&mut even);
+                    let make = || -> Box<dyn Objective> { Box::new(nonlinear()) };
+                    let mut found = gauss_newton::from(&Problem { make: &make, ..all }, settings, &[first.phi, even])?;
+                    found.counts += first.counts;
+                    Ok(found)
+                };
+                shared.kept.or(Piece { problem: problem.index, stage: Stage::Answer, number: 0 }, turning)
+            }
             Search::Displacement => given(&|| Box::new(worker()), Some(&worker), None),
             Search::Linear(reduced) => given(&|| Box::new(Linear::new(reduced, &problem.upper)), None, Some(reduced)),
             Search::Known(phi) => Ok(Outcome::known(phi.clone())),
         }?;
+        if let Search::Large(_) = problem.search {
+            let (displacement, error_difference) = (Vec::new(), None);
+            return Ok(Solved { outcome, displacement, error_difference, seconds: watch.seconds() });
+        }
         let settings = exact(&problem.operator, shared.solver);
-        let mut exact = Displacement::with_solver(target, &settings).watching(&progress.interrupt());
+        let mut exact =
+            Displacement::with_solver(target_beside(shared.reference), &settings).watching(&progress.interrupt());
         let error = exact.error(&outcome.phi)?;
         let error_difference = match problem.search {
             Search::Displacement if error > 0.0 => Some((outcome.error - error).abs() / error),

@@ -88,6 +88,10 @@ impl Model for CorotationalModel {
         &self.masses
     }
 
+    fn node(&self, unknown: usize) -> usize {
+        self.body.dofs().owner(unknown).0
+    }
+
     fn elastic_energy(&mut self, u: &[f64]) -> f64 {
         self.body.place(u);
         self.body.energy()

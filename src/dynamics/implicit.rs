@@ -20,20 +20,13 @@
 //! Phi(u) = m/2 |u - u^|_M^2 + E(u) - f.u + v.C v / (2 c)
 //! ```
 //!
-//! A linear body needs one step with one factor for a whole run. A tangent that is not positive definite (a compressed
-//! spring pushes sideways) gets more mass until it is.
-
-use std::sync::Arc;
-
-use nalgebra_sparse::CsrMatrix;
+//! A linear body needs one step with one factor for a whole run. How the systems are solved: `system.rs`.
 
 use crate::dense::dot;
 use crate::error::{Error, Result};
-use crate::sparse::cholesky::{Factor, Symbolic};
-use crate::sparse::ordering::minimum_degree;
 
-use super::model::Model;
-use super::stepper::Stepper;
+use super::stepper::{Settings, Stepper, Work};
+use super::system::System;
 
 /// How displacement and velocity follow from the acceleration of an implicit step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,87 +46,32 @@ const GAIN: f64 = 1e-4;
 /// How often a step is halved.
 const HALVINGS: u32 = 30;
 
-/// Factors of the mass that are tried on a tangent that is not positive definite.
-const SHIFTS: [f64; 8] = [0.0, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
-
-/// The matrix m M + c C + K and its factor.
-pub(super) struct System {
-    factor: Factor,
-    matrix: CsrMatrix<f64>,
-    diagonal: Vec<usize>,
-    stiffness: Vec<f64>,
-    damping: Vec<f64>,
-    /// The coefficients of M, C and K that the factor has, on a linear body.
-    loaded: Option<[f64; 3]>,
-}
-
-impl System {
-    pub fn new(model: &dyn Model, symbolic: Option<&Arc<Symbolic>>) -> Result<Self> {
-        let pattern = model.pattern();
-        let symbolic = match symbolic {
-            Some(symbolic) => Arc::clone(symbolic),
-            None => Symbolic::analyse(pattern, minimum_degree(pattern)?)?,
-        };
-        let zeros = vec![0.0; pattern.entries()];
-        let matrix = CsrMatrix::try_from_pattern_and_values(pattern.as_csr().clone(), zeros.clone());
-        let diagonal = |i| pattern.position(i, i).expect("the diagonal is stored");
-        Ok(Self {
-            factor: Factor::new(symbolic),
-            matrix: matrix.expect("one value for each entry of the pattern"),
-            diagonal: (0..pattern.len()).map(diagonal).collect(),
-            stiffness: zeros.clone(),
-            damping: zeros,
-            loaded: None,
-        })
-    }
-
-    /// Takes the tangents at (u, v).
-    fn tangents(&mut self, model: &mut dyn Model, u: &[f64], v: &[f64]) {
-        model.tangent(u, v, &mut self.stiffness, &mut self.damping);
-    }
-
-    /// Factors m M + c C + k K, with more mass where that is not positive definite; returns the factorisations.
-    fn factor(&mut self, [m, c, k]: [f64; 3], masses: &[f64]) -> Result<u64> {
-        for (tried, shift) in SHIFTS.into_iter().enumerate() {
-            let values = self.matrix.values_mut();
-            for ((value, damping), stiffness) in values.iter_mut().zip(&self.damping).zip(&self.stiffness) {
-                *value = c * damping + k * stiffness;
-            }
-            for (&place, mass) in self.diagonal.iter().zip(masses) {
-                values[place] += (1.0 + shift) * m * mass;
-            }
-            self.factor.load(&self.matrix);
-            match self.factor.refactor() {
-                Err(Error::NotPositiveDefinite { .. }) if tried + 1 < SHIFTS.len() => {}
-                outcome => return outcome.map(|()| tried as u64 + 1),
-            }
-        }
-        Ok(SHIFTS.len() as u64)
-    }
-}
-
 impl Stepper<'_> {
     /// direction = (m M + c C + k K)^-1 residual with the tangents at the present state.
     ///
     /// # Errors
-    /// Those of the factorisation and of its checked solve.
+    /// Those of the factorisation and of its checked solve, or of the iteration.
     pub(super) fn solve_with(&mut self, coefficients: [f64; 3]) -> Result<()> {
         let system = match &mut self.system {
             Some(system) => system,
-            none => none.insert(System::new(self.model, self.settings.symbolic.as_ref())?),
+            none => {
+                let Settings { symbolic, linear, .. } = &self.settings;
+                none.insert(System::new(self.model, symbolic.as_ref(), *linear)?)
+            }
         };
-        if system.loaded != Some(coefficients) {
-            system.tangents(self.model, &self.state.displacement, &self.state.velocity);
-            if coefficients[2] == 0.0 && system.damping.iter().all(|&c| c == 0.0) {
-                let pairs = self.work.residual.iter().zip(self.model.masses());
-                self.work.direction.iter_mut().zip(pairs).for_each(|(d, (r, mass))| *d = r / (coefficients[0] * mass));
+        let Work { residual, direction, .. } = &mut self.work;
+        if !system.has(coefficients) {
+            let only_mass = system.tangents(self.model, [&self.state.displacement, &self.state.velocity], coefficients);
+            if only_mass {
+                let pairs = residual.iter().zip(self.model.masses());
+                direction.iter_mut().zip(pairs).for_each(|(d, (r, mass))| *d = r / (coefficients[0] * mass));
                 return Ok(());
             }
-            self.solves.factorisations += system.factor(coefficients, self.model.masses())?;
-            system.loaded = self.model.is_linear().then_some(coefficients);
+            self.solves.factorisations += system.prepare(self.model.masses())?.factorisations;
+            system.lasting = self.model.is_linear();
         }
         self.solves.iterations += 1;
-        system.factor.solve(&self.work.residual, &mut self.work.direction)?;
+        self.solves.linear_iterations += system.solve(self.model.masses(), residual, direction)?.iterations;
         Ok(())
     }
 

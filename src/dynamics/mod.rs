@@ -12,6 +12,7 @@
 //! | [`integrator`] | the table of integrators; [`integrators`] has a file for each |
 //! | [`stepper`] | a body on its way: state, accounts, one step after the other |
 //! | [`implicit`] | the end of an implicit step: Newton's method |
+//! | [`system`] | its linear systems: a factor, or conjugate gradients |
 //! | [`eigen`] | the largest eigenvalue of a symmetric operator |
 //! | [`stability`] | how large a step may be |
 //! | [`energy`] | the energies of a motion and their balance |
@@ -33,3 +34,4 @@ mod product;
 pub mod springs;
 pub mod stability;
 pub mod stepper;
+pub mod system;

@@ -36,6 +36,12 @@ pub trait Model {
         v.iter().zip(moving.iter().zip(&resting)).map(|(v, (f, g))| v * (f - g)).sum()
     }
 
+    /// The node that an unknown belongs to, in any numbering: unknowns of one node stand together. As written here every
+    /// unknown is a node of its own.
+    fn node(&self, unknown: usize) -> usize {
+        unknown
+    }
+
     /// The entries that the tangents can have, both triangles.
     fn pattern(&self) -> &Pattern;
 

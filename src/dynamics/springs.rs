@@ -21,6 +21,7 @@ use nalgebra_sparse::CsrMatrix;
 use crate::geometry::dofs::{DofMap, FIXED};
 use crate::sparse::pattern::Pattern;
 use crate::springs::affine;
+use crate::springs::force;
 use crate::springs::network::Network;
 
 use super::forces::SpringForces;
@@ -161,6 +162,10 @@ impl Model for SpringModel<'_> {
         &self.masses
     }
 
+    fn node(&self, unknown: usize) -> usize {
+        self.dofs.owner(unknown).0
+    }
+
     fn elastic_energy(&mut self, u: &[f64]) -> f64 {
         for (dof, u) in u.iter().enumerate() {
             let (node, component) = self.dofs.owner(dof);
@@ -204,16 +209,15 @@ impl Model for SpringModel<'_> {
                 continue;
             }
             let n = d.map(|d| d / length);
-            let sideways = bar.stiffness * (1.0 - bar.length / length);
+            let [a, b] = bar.nodes.map(|node| self.places[node as usize]);
+            let elastic = force::tangent(bar.stiffness, bar.length, a, b, false);
             for (p, q, sign) in BLOCKS {
                 let [rows, columns] = [p, q].map(|end| self.dofs.free(bar.nodes[end] as usize));
                 for (i, &row) in rows.iter().enumerate().filter(|(_, dof)| **dof != FIXED) {
                     for (j, &column) in columns.iter().enumerate().filter(|(_, dof)| **dof != FIXED) {
                         let place = pattern.position(row as usize, column as usize).expect("ends couple");
-                        let along = n[i] * n[j];
-                        let across = f64::from(u8::from(i == j)) - along;
-                        stiffness[place] += sign * (bar.stiffness * along + sideways * across);
-                        damping[place] += sign * bar.damping * along;
+                        stiffness[place] += sign * elastic[i][j];
+                        damping[place] += sign * bar.damping * n[i] * n[j];
                     }
                 }
             }

@@ -16,9 +16,9 @@ use crate::error::{Error, Result};
 use crate::sparse::cholesky::Symbolic;
 
 use super::external::External;
-use super::implicit::System;
 use super::integrator::Integrator;
 use super::model::Model;
+use super::system::{LinearSolver, System};
 
 /// What a user may say about the steps.
 #[derive(Debug, Clone)]
@@ -33,12 +33,21 @@ pub struct Settings {
     pub iterations: usize,
     /// An analysis of the pattern of the model, if there is one; implicit integrators make their own otherwise.
     pub symbolic: Option<Arc<Symbolic>>,
+    /// How the linear systems of implicit steps are solved.
+    pub linear: LinearSolver,
 }
 
 impl Settings {
     /// The defaults with a step in s: average acceleration, balance to 1e-10 in at most 50 iterations.
     pub fn with_step(step: f64) -> Self {
-        Self { step, newmark: [0.25, 0.5], tolerance: 1e-10, iterations: 50, symbolic: None }
+        Self {
+            step,
+            newmark: [0.25, 0.5],
+            tolerance: 1e-10,
+            iterations: 50,
+            symbolic: None,
+            linear: LinearSolver::Cholesky,
+        }
     }
 }
 
@@ -114,6 +123,8 @@ pub struct Solves {
     pub iterations: u64,
     /// Factorisations.
     pub factorisations: u64,
+    /// Iterations of conjugate gradients, where they solve the linear systems.
+    pub linear_iterations: u64,
     /// Largest force out of balance that was accepted, relative to the largest force.
     pub residual: f64,
 }

@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 use crate::dynamics::energy::Energies;
 use crate::dynamics::motion::Motion;
 use crate::error::Result;
+use crate::geometry::dofs::DofMap;
 
 use super::plot::{self, Curve, Labels};
 use super::vtu::{self, Cells, Field, UnstructuredGrid};
@@ -29,6 +30,8 @@ pub struct Recorded<'a> {
     pub alpha: Option<f64>,
     /// What was recorded.
     pub motion: &'a Motion,
+    /// The degrees of freedom of its frames; those of the results when absent.
+    pub dofs: Option<&'a DofMap>,
 }
 
 /// The columns of `motion.csv`.
@@ -85,7 +88,7 @@ pub fn write(results: &Calibrated, folder: &Path) -> Result<Vec<PathBuf>> {
         let mut frames = Vec::new();
         for (number, u) in one.motion.frames.iter().enumerate() {
             let name = format!("{stem}/frame_{number:05}.vtu");
-            put(name.clone(), &frame(results, u))?;
+            put(name.clone(), &frame(results, one.dofs.unwrap_or(results.dofs), u))?;
             frames.push(name);
         }
         put(format!("{stem}.pvd"), list(&one.motion.times, &frames).as_bytes())?;
@@ -99,9 +102,9 @@ pub fn write(results: &Calibrated, folder: &Path) -> Result<Vec<PathBuf>> {
 }
 
 /// The network displaced by u over the free degrees of freedom, as a .vtu file.
-fn frame(results: &Calibrated, u: &[f64]) -> Vec<u8> {
+fn frame(results: &Calibrated, dofs: &DofMap, u: &[f64]) -> Vec<u8> {
     let network = results.network;
-    let displacement = results.dofs.expand(u);
+    let displacement = dofs.expand(u);
     let moved = network.positions.iter().zip(&displacement).map(|(x, u)| [x[0] + u[0], x[1] + u[1], x[2] + u[2]]);
     let points: Vec<[f64; 3]> = moved.collect();
     let strain = network.springs.iter().map(|spring| {

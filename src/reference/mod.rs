@@ -45,6 +45,7 @@ use nalgebra_sparse::CsrMatrix;
 use crate::clock::{Interrupt, Stopwatch};
 use crate::error::Result;
 use crate::geometry::dofs::DofMap;
+use crate::reference::corotational::statics::Large;
 use crate::reference::loads::Load;
 use crate::reference::material::Lame;
 use crate::reference::matrix_free::solve::Limits;
@@ -77,6 +78,8 @@ pub struct Reference {
     /// Largest backward error of the solutions: componentwise on the direct path, normwise on the iterative one (see
     /// [`matrix_free::solve::Iterated::backward_error`]).
     pub backward_error: f64,
+    /// How the cases were solved under large displacements; none for a body that is linear.
+    pub large: Option<Large>,
     /// Seconds for all of it.
     pub seconds: f64,
 }
@@ -103,7 +106,7 @@ pub enum Path {
 pub struct Case {
     /// Displacement of each free degree of freedom in m.
     pub displacement: Vec<f64>,
-    /// f.u in J, twice the strain energy.
+    /// f.u in J, twice the strain energy of a linear body.
     pub compliance: f64,
     /// max_i |u_i| over the nodes, in m.
     pub u_max: f64,
@@ -188,6 +191,7 @@ impl Reference {
             cases: Case::of_all(dofs, loads, solved.displacements),
             measure: points.measure()?,
             backward_error: solved.backward_error,
+            large: None,
             seconds: watch.seconds(),
         })
     }
@@ -220,6 +224,7 @@ impl Reference {
             cases: Case::of_all(dofs, loads, found.displacements),
             measure: found.volume / points.thickness(),
             backward_error: found.backward_error,
+            large: None,
             seconds: watch.seconds(),
         }))
     }
@@ -243,7 +248,8 @@ impl Case {
         loads.iter().zip(displacements).map(|(load, u)| Self::new(dofs, &load.forces, u)).collect()
     }
 
-    fn new(dofs: &DofMap, forces: &[f64], displacement: Vec<f64>) -> Self {
+    /// The case with this displacement under these forces, both over the free degrees of freedom.
+    pub fn new(dofs: &DofMap, forces: &[f64], displacement: Vec<f64>) -> Self {
         let squares: Vec<f64> =
             dofs.expand(&displacement).iter().map(|u| u.iter().map(|c| c * c).sum::<f64>()).collect();
         Self {

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use crate::dynamics::energy::{Energies, drift};
-use crate::dynamics::integrator;
+use crate::dynamics::integrator::Integrator;
 use crate::dynamics::stability::Limit;
 use crate::scene;
 use crate::study::motion::Moved;
@@ -21,7 +21,7 @@ pub struct Dynamics {
     alpha: Option<f64>,
     damping: Option<[f64; 2]>,
     model: &'static str,
-    integrator: String,
+    integrator: &'static str,
     /// Of the first alpha: what "auto" takes, before `safety`; none where every step is stable.
     #[serde(skip_serializing_if = "Option::is_none")]
     safe_step: Option<f64>,
@@ -72,6 +72,14 @@ struct Motion {
     newton_iterations: u64,
     factorisations: u64,
     newton_residual: f64,
+    /// Iterations of conjugate gradients.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    linear_iterations: Option<u64>,
+    /// Records with cells of a corotational continuum that are inside out, and the smallest det F of a cell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    inverted_records: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    smallest_determinant: Option<f64>,
     seconds: f64,
 }
 
@@ -91,8 +99,8 @@ impl Dynamics {
             alpha: first.and_then(|limits| limits.alpha),
             damping: data.damping.as_deref().map(range),
             model: settings.model.name(),
-            integrator: settings.integrator.clone(),
-            safe_step: first.and_then(|limits| safe_step(limits, &settings.integrator)),
+            integrator: data.integrator.name,
+            safe_step: first.and_then(|limits| safe_step(limits, data.integrator)),
             omega_max: first.and_then(|limits| limits.at_rest.or(limits.any_motion)).map(|limit| limit.omega_max),
             limits: data.limits.iter().map(row).collect(),
             damping_range: data.damping_range.clone(),
@@ -102,9 +110,9 @@ impl Dynamics {
 }
 
 /// The largest step that is safe however the body moves.
-fn safe_step(limits: &Limits, integrator: &str) -> Option<f64> {
+fn safe_step(limits: &Limits, integrator: &Integrator) -> Option<f64> {
     let limit = limits.safest()?;
-    bound(integrator::find(integrator)?, &limit).map(|bound| limit.safe(bound))
+    bound(integrator, &limit).map(|bound| limit.safe(bound))
 }
 
 fn row(limits: &Limits) -> Row {
@@ -124,7 +132,7 @@ fn row(limits: &Limits) -> Row {
 }
 
 fn motion(moved: &Moved) -> Motion {
-    let Moved { alpha, step, steps, motion, solves, seconds } = moved;
+    let Moved { alpha, step, steps, motion, solves, inverted, seconds } = moved;
     Motion {
         alpha: *alpha,
         step: *step,
@@ -138,6 +146,9 @@ fn motion(moved: &Moved) -> Motion {
         newton_iterations: solves.iterations,
         factorisations: solves.factorisations,
         newton_residual: solves.residual,
+        linear_iterations: Some(solves.linear_iterations).filter(|&count| count > 0),
+        inverted_records: inverted.map(|inverted| inverted.records),
+        smallest_determinant: inverted.map(|inverted| inverted.least_cell),
         seconds: *seconds,
     }
 }

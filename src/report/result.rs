@@ -52,7 +52,20 @@ struct Reference {
     stiffness_frobenius: f64,
     measure: f64,
     backward_error: f64,
+    /// Equilibrium under large displacements: Newton's iterations, factorisations, forces out of balance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    large: Option<Large>,
     seconds: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Large {
+    load_steps: usize,
+    newton_iterations: usize,
+    factorisations: usize,
+    residual: f64,
+    /// Smallest det F of a cell, for each load case.
+    smallest_determinant: Vec<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -194,6 +207,13 @@ fn reference(study: &Study) -> Reference {
         stiffness_frobenius: study.reference.stiffness_frobenius(),
         measure: study.reference.measure,
         backward_error: study.reference.backward_error,
+        large: study.reference.large.as_ref().map(|large| Large {
+            load_steps: study.scene.reference.load_steps,
+            newton_iterations: large.iterations,
+            factorisations: large.factorisations,
+            residual: large.residual,
+            smallest_determinant: large.inversions.iter().map(|inversion| inversion.least_cell).collect(),
+        }),
         seconds: study.reference.seconds,
     }
 }

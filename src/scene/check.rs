@@ -20,7 +20,7 @@ use reference::{check_reference, named_method};
 use super::check_load;
 use super::choices::{known, names};
 use super::dynamics;
-use super::{BoxRegion, Gamma, GammaSweep, Plane, Scene, Solver};
+use super::{BoxRegion, Gamma, GammaSweep, Kinematics, Plane, Scene, Solver};
 
 /// Most groups that a grouping may be asked for.
 const MOST_GROUPS: usize = 1_000_000;
@@ -127,6 +127,10 @@ fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
     check_load::check_dimension(&scene.load, dimension)?;
     let gravity = scene.dynamics.as_ref().and_then(|dynamics| dynamics.gravity.as_ref());
     length("dynamics.gravity", gravity.map(Vec::len), dimension)?;
+    if let Some(dynamics) = &scene.dynamics {
+        length("dynamics.velocity", dynamics.velocity.as_ref().map(Vec::len), dimension)?;
+        dynamics::check_spin(dynamics, dimension)?;
+    }
     calibration::check_dimension(&scene.calibration, dimension)?;
     if let Some(method) = named_method(scene) {
         check_method(method, dimension)?;
@@ -160,6 +164,9 @@ fn warnings(scene: &Scene) -> Vec<String> {
     warnings.extend(calibration::warnings(scene));
     if scene.reference.extra_gauss_points > 0 && named_method(scene).is_some_and(|method| !method.works_on_patches()) {
         warnings.push("reference.extra_gauss_points has no effect on finite elements".to_owned());
+    }
+    if scene.reference.kinematics == Kinematics::Corotational {
+        warnings.extend(calibration::warnings_of_large(&scene.calibration));
     }
     warnings
 }

@@ -143,6 +143,7 @@ fn distance(from: &str, to: &str) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Kinematics;
     use super::*;
 
     #[test]
@@ -163,7 +164,7 @@ mod tests {
             ("springs.grouping", springs.grouping),
             ("calibration.optimiser", calibration.optimiser().expect("displacement has one").to_owned()),
             ("calibration.objective", calibration.objective),
-            ("dynamics.integrator", super::super::Dynamics::default().integrator),
+            ("dynamics.integrator", super::super::Dynamics::default().integrator(Kinematics::Linear).to_owned()),
         ] {
             assert!(names(key).contains(&name.as_str()), "{key} = {name}");
         }

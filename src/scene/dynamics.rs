@@ -12,10 +12,11 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::dynamics::integrator;
 use crate::dynamics::stepper::Settings;
 use crate::error::{Error, Result};
+use crate::reference::corotational::Tangent;
 
-use super::Scene;
 use super::check::{positive, within};
 use super::choices::{known, names};
+use super::{Kinematics, Scene};
 
 /// `[dynamics]`: masses and damping for a simulation, and the motion of the body if `duration` or `steps` is given.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -34,9 +35,18 @@ pub struct Dynamics {
     pub rayleigh: Option<[f64; 2]>,
     /// What is moved.
     pub model: Model,
-    /// Time integrator (`springfit list integrators`).
+    /// Time integrator (`springfit list integrators`); default leapfrog, semi_implicit_euler for a corotational continuum.
     #[schemars(extend("enum" = names("dynamics.integrator")))]
-    pub integrator: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub integrator: Option<String>,
+    /// Which second derivative of the energy implicit steps of a corotational continuum use; default: warped for
+    /// semi_implicit_euler, exact for midpoint, otherwise positive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tangent: Option<Tangent>,
+    /// How the linear systems of implicit steps are solved.
+    pub linear_solver: Linear,
+    /// |b - A x| / |b| that ends the conjugate gradients of `linear_solver = "cg"`, 1e-14 to 1e-2.
+    pub linear_tolerance: f64,
     /// beta and gamma of the integrator "newmark", 2 beta >= gamma >= 1/2.
     pub newmark: [f64; 2],
     /// Step in s, above 0, or "auto": the largest safe step times `safety`; default "auto" where the body moves.
@@ -52,6 +62,14 @@ pub struct Dynamics {
     pub steps: Option<u64>,
     /// How the motion starts.
     pub initial: Initial,
+    /// True: the supports let go and no load case acts while the body moves; false: they hold it.
+    pub free: bool,
+    /// Velocity in m/s that all free nodes start with, one component a direction of space; absent: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<Vec<f64>>,
+    /// Angular velocity in rad/s about the centre of mass that all free nodes start with: 3 components, 1 in 2D.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angular_velocity: Option<Vec<f64>>,
     /// Name of the load case that acts, or from whose static state the body is released; default: the first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub load_case: Option<String>,
@@ -82,13 +100,19 @@ impl Default for Dynamics {
             alphas: Vec::new(),
             rayleigh: None,
             model: Model::Springs,
-            integrator: "leapfrog".into(),
+            integrator: None,
+            tangent: None,
+            linear_solver: Linear::Cholesky,
+            linear_tolerance: 1e-10,
             newmark,
             step: None,
             safety: 0.9,
             duration: None,
             steps: None,
             initial: Initial::Rest,
+            free: false,
+            velocity: None,
+            angular_velocity: None,
             load_case: None,
             load_until: None,
             load_factors: Vec::new(),
@@ -118,7 +142,7 @@ pub enum Model {
     Springs,
     /// The calibrated springs, linear about their rest.
     SpringsLinear,
-    /// The continuum of `[reference]`, which is linear.
+    /// The continuum of `[reference]`, linear or corotational as its `kinematics` says.
     Reference,
 }
 
@@ -131,6 +155,16 @@ impl Model {
             Self::Reference => "reference",
         }
     }
+}
+
+/// How the linear systems of implicit steps are solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Linear {
+    /// Sparse Cholesky, analysed once.
+    Cholesky,
+    /// Conjugate gradients with the inverses of the blocks of the nodes.
+    Cg,
 }
 
 /// How a motion starts.
@@ -209,6 +243,26 @@ impl Dynamics {
         self.duration.is_some() || self.steps.is_some()
     }
 
+    /// The integrator: the given one, else the one that suits what moves.
+    pub fn integrator(&self, kinematics: Kinematics) -> &str {
+        let usual = if self.turns(kinematics) { "semi_implicit_euler" } else { "leapfrog" };
+        self.integrator.as_deref().unwrap_or(usual)
+    }
+
+    /// Whether a corotational continuum is what moves.
+    pub fn turns(&self, kinematics: Kinematics) -> bool {
+        self.model == Model::Reference && kinematics == Kinematics::Corotational
+    }
+
+    /// The second derivative for an integrator of a corotational continuum.
+    pub fn tangent(&self, integrator: &str) -> Tangent {
+        self.tangent.unwrap_or(match integrator {
+            "semi_implicit_euler" => Tangent::Warped,
+            "midpoint" => Tangent::Exact,
+            _ => Tangent::Positive,
+        })
+    }
+
     /// Every alpha that is asked for; one entry without a number when there is no damping by (4.18).
     pub fn all_alphas(&self) -> Vec<Option<f64>> {
         match (self.alpha, self.alphas.is_empty()) {
@@ -223,13 +277,15 @@ impl Dynamics {
 /// # Errors
 /// [`Error::Input`] at the first value that cannot be used.
 pub(super) fn check(scene: &Scene, dynamics: &Dynamics) -> Result<()> {
-    known("dynamics.integrator", &dynamics.integrator, &names("dynamics.integrator"))?;
+    let kinematics = scene.reference.kinematics;
+    known("dynamics.integrator", dynamics.integrator(kinematics), &names("dynamics.integrator"))?;
+    check_large(scene, dynamics)?;
     if scene.material.density.is_none() {
         let help = "masses need it: add material.density in kg/m^3";
         return Err(Error::input("material.density", "is missing", help));
     }
     check_damping(dynamics)?;
-    check_steps(dynamics)?;
+    check_steps(dynamics, kinematics)?;
     check_forces(scene, dynamics)?;
     let [beta, gamma] = dynamics.newmark;
     if gamma < 0.5 || 2.0 * beta < gamma {
@@ -272,13 +328,27 @@ fn check_damping(dynamics: &Dynamics) -> Result<()> {
     }
 }
 
-fn check_steps(dynamics: &Dynamics) -> Result<()> {
+/// What only some bodies and solvers have.
+fn check_large(scene: &Scene, dynamics: &Dynamics) -> Result<()> {
+    if dynamics.tangent.is_some() && !dynamics.turns(scene.reference.kinematics) {
+        let help = "remove it; or set dynamics.model = \"reference\" and reference.kinematics = \"corotational\"";
+        return Err(Error::input("dynamics.tangent", "only a corotational continuum has a choice of tangents", help));
+    }
+    if (1e-14..=1e-2).contains(&dynamics.linear_tolerance) {
+        return Ok(());
+    }
+    let message = format!("{:e} is out of range", dynamics.linear_tolerance);
+    Err(Error::input("dynamics.linear_tolerance", message, "give a number from 1e-14 to 1e-2"))
+}
+
+fn check_steps(dynamics: &Dynamics, kinematics: Kinematics) -> Result<()> {
     if let Some(Step::Fixed(step)) = dynamics.step {
         positive("dynamics.step", step)?;
     }
-    let implicit = integrator::find(&dynamics.integrator).is_some_and(|integrator| !integrator.is_explicit());
+    let name = dynamics.integrator(kinematics);
+    let implicit = integrator::find(name).is_some_and(|integrator| !integrator.is_explicit());
     if implicit && dynamics.moves() && !matches!(dynamics.step, Some(Step::Fixed(_))) {
-        let message = format!("every step is stable with {}", dynamics.integrator);
+        let message = format!("every step is stable with {name}");
         return Err(Error::input("dynamics.step", message, "give the step in s that is accurate enough"));
     }
     positive("dynamics.safety", dynamics.safety)?;
@@ -310,6 +380,10 @@ fn check_forces(scene: &Scene, dynamics: &Dynamics) -> Result<()> {
             let key = format!("dynamics.{second}");
             return Err(Error::input(key, "both load_until and load_factors are given", "keep one of the two"));
         }
+        [key] if dynamics.free => {
+            let help = "remove it, or set dynamics.free to false";
+            return Err(Error::input(format!("dynamics.{key}"), "no load case acts on a free body", help));
+        }
         [key] if dynamics.initial == Initial::Released => {
             let help = "remove it: a released body is not loaded any more; or set dynamics.initial to \"rest\"";
             return Err(Error::input(format!("dynamics.{key}"), "the body is released from its load", help));
@@ -329,5 +403,17 @@ fn check_forces(scene: &Scene, dynamics: &Dynamics) -> Result<()> {
             );
             Err(Error::input(format!("dynamics.load_factors[{}]", i + 1), message, "give the times in ascending order"))
         }
+    }
+}
+
+/// A turn has three components in space and one in the plane.
+pub(super) fn check_spin(dynamics: &Dynamics, dimension: usize) -> Result<()> {
+    let components = if dimension == 2 { 1 } else { 3 };
+    match &dynamics.angular_velocity {
+        Some(given) if given.len() != components => {
+            let message = format!("{} numbers for a body in {dimension}D", given.len());
+            Err(Error::input("dynamics.angular_velocity", message, format!("give {components}")))
+        }
+        _ => Ok(()),
     }
 }

@@ -58,7 +58,8 @@ pub struct Load {
     /// The case in `file`, if it holds several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub case: Option<String>,
-    /// Largest displacement of the continuum in m that the load is scaled to; absent: the load is taken as it is.
+    /// Largest displacement of the continuum (a corotational one linearised at rest) in m that the load is scaled to; absent:
+    /// the load is taken as it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_displacement: Option<f64>,
 }

@@ -31,6 +31,14 @@ pub fn resolve(scene: &Scene, dimension: usize, method: &Method) -> Scene {
         resolved.reference.plane.get_or_insert(Plane::Stress);
         resolved.reference.thickness.get_or_insert(1.0);
     }
+    let kinematics = resolved.reference.kinematics;
+    if let Some(dynamics) = &mut resolved.dynamics {
+        let integrator = dynamics.integrator(kinematics).to_owned();
+        if dynamics.turns(kinematics) {
+            dynamics.tangent = Some(dynamics.tangent(&integrator));
+        }
+        dynamics.integrator = Some(integrator);
+    }
     let calibration = &mut resolved.calibration;
     calibration.optimiser = calibration.optimiser().map(str::to_owned);
     match calibration.objective.as_str() {

@@ -15,6 +15,7 @@
 //! | [`multigrid`] | a V-cycle on a grid of springs, a preconditioner whose work grows like the unknowns |
 //! | [`fast_diagonalisation`] | the inverse of a sum of Kronecker products, a preconditioner on boxes of splines |
 //! | `multifrontal` | the numbers of a factor, front by front, branches of its tree side by side |
+//! | [`equilibrium`] | where an energy and a load balance: Newton's method on one pattern |
 //! | [`backward_error`] | how well a solution satisfies its equations |
 
 pub mod assemble;
@@ -22,6 +23,7 @@ pub mod backward_error;
 pub mod block_jacobi;
 pub mod cg;
 pub mod cholesky;
+pub mod equilibrium;
 pub mod fast_diagonalisation;
 mod multifrontal;
 pub mod multigrid;

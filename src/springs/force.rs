@@ -10,6 +10,10 @@
 //! It pulls a by T n and b by -T n; its energy is E = k/2 (l - l0)^2 (3.1). Two points on one place have no direction: no force
 //! acts. Linearised at rest, with the displacements u and the direction d at rest, T = k d . (u_b - u_a) along d.
 //!
+//! How the force changes: with B = k n n^T + k (1 - l0 / l) (1 - n n^T), the displacements du change the force on a by
+//! B (du_b - du_a). Stretched springs hold sideways, compressed ones give way; without that negative part B has no negative
+//! eigenvalue.
+//!
 //! k in N/m, c in N s/m, lengths in m, T in N, E in J. Whoever moves many springs fast stores them otherwise; this is
 //! the one place where the formula stands alone, and what others are measured against.
 
@@ -30,6 +34,25 @@ pub fn elastic(stiffness: f64, rest_length: f64, a: [f64; 3], b: [f64; 3]) -> [f
         return [0.0; 3];
     }
     step.map(|x| stiffness * (length - rest_length) / length * x)
+}
+
+/// B of a spring between `a` and `b` (m), row by row in N/m; zero where it has no length. `positive` leaves out the part that
+/// gives way.
+pub fn tangent(stiffness: f64, rest_length: f64, a: [f64; 3], b: [f64; 3], positive: bool) -> [[f64; 3]; 3] {
+    let step = between(a, b);
+    let length = dot(step, step).sqrt();
+    if length == 0.0 {
+        return [[0.0; 3]; 3];
+    }
+    let n = step.map(|x| x / length);
+    let across = stiffness * (1.0 - rest_length / length);
+    let across = if positive { across.max(0.0) } else { across };
+    [0, 1, 2].map(|i| {
+        [0, 1, 2].map(|j| {
+            let along = n[i] * n[j];
+            stiffness * along + across * (f64::from(u8::from(i == j)) - along)
+        })
+    })
 }
 
 /// Force of the damper on the point a in N, `va` and `vb` in m/s; b feels the opposite (3.3).
@@ -79,6 +102,26 @@ mod tests {
         let moved = elastic(k, length, [0, 1, 2].map(|c| A[c] + ua[c]), [0, 1, 2].map(|c| B[c] + ub[c]));
         let linear = linearised(k, direction, ua, ub);
         assert!((0..3).all(|c| (moved[c] - linear[c]).abs() < 1e-9), "{moved:?} {linear:?}");
+    }
+
+    #[test]
+    fn the_tangent_is_the_slope_of_the_force() {
+        let h = 1e-6;
+        for rest in [1.1, 2.0] {
+            let slopes = tangent(120.0, rest, A, B, false);
+            for axis in 0..3 {
+                let (mut forward, mut backward) = (B, B);
+                forward[axis] += h;
+                backward[axis] -= h;
+                let (f, g) = (elastic(120.0, rest, A, forward), elastic(120.0, rest, A, backward));
+                (0..3).for_each(|i| assert!(((f[i] - g[i]) / (2.0 * h) - slopes[i][axis]).abs() < 1e-6));
+            }
+        }
+        // pushed together, nothing but the pull along the spring is left
+        let positive = tangent(120.0, 2.0, A, B, true);
+        let along = between(A, B);
+        let square = dot(along, along);
+        (0..3).for_each(|i| assert!((positive[i][i] - 120.0 * along[i] * along[i] / square).abs() < 1e-12));
     }
 
     #[test]

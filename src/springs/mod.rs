@@ -5,7 +5,7 @@
 //! limits phi; [`affine`] turns phi into the stiffness matrix, [`members`] multiplies with its parts. [`solver`] solves with it for one phi after another, by
 //! factors or by iterations with an old or rough factor, and [`prediction`] says which is cheaper. On fine grids
 //! [`stencil`] multiplies with K(phi) without storing it, and [`multigrid_solver`] solves. [`damping`] is for bodies that
-//! move. [`force`] is the force of one spring, [`formulas`] are stiffnesses from the literature.
+//! move. [`force`] is the force of one spring, [`statics`] the equilibrium of all under large displacements, [`formulas`] are stiffnesses from the literature.
 
 pub mod affine;
 pub mod bounds;
@@ -21,6 +21,7 @@ pub mod network;
 pub mod prediction;
 pub mod profiles;
 pub mod solver;
+pub mod statics;
 pub mod stencil;
 pub mod topology;
 pub mod weighting;

@@ -15,6 +15,7 @@ use crate::sparse::ordering::{minimum_degree, nested_dissection};
 use crate::sparse::pattern::Pattern;
 
 use super::continuum::{self, Built, Continuum};
+use super::large;
 
 /// Nodes nearer than this fraction of the body's extent are tied when the seam is merged.
 const SEAM: f64 = 1e-9;
@@ -47,6 +48,7 @@ pub fn build(scene: &Scene) -> Result<Body> {
     let Built { continuum, method, mut warnings } = continuum::build(scene)?;
     let dimension = continuum.dimension();
     scene::check_body(scene, dimension, continuum.positions().len())?;
+    large::check(scene, method)?;
     let resolved = scene::resolve(scene, dimension, method);
     let material = Material { young: resolved.material.young, poisson: resolved.material.poisson };
     let plane = match resolved.reference.plane {

@@ -12,7 +12,7 @@ use crate::calibration::objectives::displacement::weights;
 use crate::calibration::optimiser::{self, Optimiser, Outcome, Settings};
 use crate::calibration::pieces::Kept;
 use crate::calibration::sweep::{self, Shared, Solved, SweepProblem};
-use crate::clock::Progress;
+use crate::clock::{Interrupt, Progress};
 use crate::error::{Error, Result};
 use crate::reference::Reference;
 use crate::scene::Scene;
@@ -23,6 +23,7 @@ use crate::springs::{bounds, weighting};
 
 use super::body::Body;
 use super::checkpoint::{self, Checkpoint};
+use super::large;
 use super::linear_fit::{self, Goal};
 use super::loads::LoadCase;
 use super::network::{self, Lattice};
@@ -139,18 +140,27 @@ pub fn calibrate(given: Given, progress: &Progress, checkpoint: &Checkpoint) -> 
     let problems: Vec<SweepProblem> =
         distinct.iter().map(|&i| given.problem(&goal, &groupings[i], i)).collect::<Result<_>>()?;
     let solved = given.solve(&problems, progress, checkpoint)?;
+    let displacements: Vec<Vec<f64>> = distinct
+        .iter()
+        .zip(&solved)
+        .map(|(&i, found)| given.moved(found, &groupings[i], progress))
+        .collect::<Result<_>>()?;
     let answer = |i: usize| distinct.iter().position(|&d| d == same[i]).unwrap_or(0);
     let sweep: Vec<Row> = (0..gammas.len())
         .map(|i| {
-            let Solved { outcome, displacement, error_difference, seconds } = &solved[answer(i)];
-            let errors = errors::over_cases(&given.fitted_errors(displacement));
+            let Solved { outcome, error_difference, seconds, .. } = &solved[answer(i)];
+            let errors = errors::over_cases(&given.fitted_errors(&displacements[answer(i)]));
+            let error_difference = match goal {
+                Goal::Large(_) => Some((outcome.error - errors.e_rms).abs() / errors.e_rms),
+                _ => *error_difference,
+            };
             let outcome = Arc::new(outcome.clone());
             Row {
                 gamma: gammas[i],
                 groups: groupings[i].groups.len(),
                 solved_by: same[i],
                 errors,
-                error_difference: *error_difference,
+                error_difference,
                 seconds: *seconds,
                 outcome,
             }
@@ -217,7 +227,7 @@ impl Given<'_> {
     }
 
     /// The springs and bounds of one grouping.
-    fn problem(&self, goal: &Goal, grouping: &Grouping, index: usize) -> Result<SweepProblem<'_>> {
+    fn problem<'b>(&'b self, goal: &'b Goal, grouping: &'b Grouping, index: usize) -> Result<SweepProblem<'b>> {
         let Lattice { network, symbolic, factors, coefficients, spring_bounds, .. } = self.lattice;
         let dofs = &self.body.dofs;
         let operator = match symbolic {
@@ -294,6 +304,30 @@ impl Given<'_> {
         checkpoint::digest(choice.path.name().bytes().chain(bits))
     }
 
+    /// Displacements of the fitted cases (cases x n) at an answer: those of its linear solve, or of its equilibrium
+    /// beside a continuum that turns.
+    fn moved(&self, found: &Solved, grouping: &Grouping, progress: &Progress) -> Result<Vec<f64>> {
+        match large::is_asked(self.scene) {
+            true => large::network(self, grouping, &found.outcome.phi, &self.fitted(), &progress.interrupt()),
+            false => Ok(found.displacement.clone()),
+        }
+    }
+
+    /// Displacements of the network with `phi` under all loads (cases x n), m.
+    fn under_all_loads(&self, problem: &SweepProblem, grouping: &Grouping, phi: &[f64]) -> Result<Vec<f64>> {
+        if large::is_asked(self.scene) {
+            let all: Vec<usize> = (0..self.loads.len()).collect();
+            return large::network(self, grouping, phi, &all, &Interrupt::default());
+        }
+        let forces: Vec<f64> = self.loads.iter().flat_map(|case| case.load.forces.iter().copied()).collect();
+        let settings = sweep::exact(&problem.operator, &network::settings(self.scene));
+        let mut solver = SpringSolver::new(&problem.operator, &settings);
+        let mut displacement = vec![0.0; forces.len()];
+        solver.set(phi)?;
+        solver.solve(&forces, &mut displacement, settings.tolerance)?;
+        Ok(displacement)
+    }
+
     /// A network that lost its stiffness in a fit that never solved it: the node that is loose.
     fn loose(&self, error: Error) -> Error {
         let objective = &self.scene.calibration.objective;
@@ -324,12 +358,7 @@ impl Given<'_> {
     ) -> Result<Calibration> {
         let phi = sweep[best].outcome.phi.clone();
         let n = self.body.dofs.len();
-        let forces: Vec<f64> = self.loads.iter().flat_map(|case| case.load.forces.iter().copied()).collect();
-        let settings = sweep::exact(&problem.operator, &network::settings(self.scene));
-        let mut solver = SpringSolver::new(&problem.operator, &settings);
-        let mut displacement = vec![0.0; forces.len()];
-        solver.set(&phi)?;
-        solver.solve(&forces, &mut displacement, settings.tolerance)?;
+        let displacement = self.under_all_loads(problem, &grouping, &phi)?;
         let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
         let pairs = self.reference.cases.iter().zip(&displacements);
         let errors = pairs.map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();

@@ -10,7 +10,7 @@ use std::borrow::Cow;
 
 use nalgebra_sparse::CsrMatrix;
 
-use crate::calibration::objectives::{acceleration, matrix};
+use crate::calibration::objectives::{self, acceleration, matrix};
 use crate::calibration::sweep::Search;
 use crate::error::{Error, Result};
 use crate::geometry::dofs::FIXED;
@@ -24,6 +24,7 @@ use crate::springs::grouping::Grouping;
 use super::body::Body;
 use super::continuum::Continuum;
 use super::fit::Given;
+use super::large;
 use super::loads::LoadCase;
 use super::network::Lattice;
 
@@ -34,6 +35,8 @@ const AT_REST: f64 = 1e-10;
 pub enum Goal {
     /// The displacements of the reference.
     Displacement,
+    /// Those of a reference that turns.
+    Large(large::Goal),
     /// Its stiffness matrix, kept here where the reference did not store one.
     Matrix(Option<CsrMatrix<f64>>),
     /// Its forces in given states, and the mass of every node.
@@ -51,6 +54,7 @@ pub fn goal(given: &Given) -> Result<Goal> {
         "matrix" => stored_or_assembled(given).map(Goal::Matrix),
         "acceleration" => Ok(Goal::Acceleration(states(given)?, node_masses(given.scene, given.body)?)),
         "formula" => formula_stiffness(given.scene, given.body, given.lattice).map(Goal::Formula),
+        _ if large::is_asked(given.scene) => large::goal(given).map(Goal::Large),
         _ => Ok(Goal::Displacement),
     }
 }
@@ -60,11 +64,17 @@ impl Goal {
     ///
     /// # Errors
     /// [`Error::Input`] where the states do not determine a group.
-    pub fn search(&self, given: &Given, grouping: &Grouping) -> Result<Search> {
+    pub fn search<'a>(&'a self, given: &'a Given, grouping: &'a Grouping) -> Result<Search<'a>> {
         let Lattice { network, coefficients, .. } = given.lattice;
         let dofs = &given.body.dofs;
         match self {
             Self::Displacement => Ok(Search::Displacement),
+            Self::Large(large::Goal { symbolic, linear }) => {
+                let search = large::search(given.scene);
+                let target =
+                    objectives::large::Target { network, grouping, coefficients, dofs, symbolic, search, linear };
+                Ok(Search::Large(target))
+            }
             Self::Matrix(_) => Ok(Search::Linear(self.matrix(given).expect("a matrix goal").reduce(grouping))),
             Self::Acceleration(states, masses) => {
                 let linear = given.scene.calibration.acceleration.as_ref().is_some_and(|settings| settings.linear);
@@ -116,14 +126,14 @@ fn states(given: &Given) -> Result<Vec<acceleration::State>> {
     let mut states = Vec::new();
     for (i, snapshot) in settings.snapshots.iter().enumerate() {
         match snapshot {
-            Snapshot { loads: Some(fractions), .. } => states.extend(history(given, fractions)),
+            Snapshot { loads: Some(fractions), .. } => states.extend(history(given, fractions)?),
             Snapshot { stretch, gradient, .. } => {
                 let gradient = match (stretch, gradient) {
                     (Some(stretch), _) => diagonal(stretch),
                     (_, rows) => rows.clone().unwrap_or_default(),
                 };
                 let name = format!("snapshots[{i}]");
-                states.push(state(given.body, name, affine(given.body.positions(), &gradient))?);
+                states.push(state(given, name, affine(given.body.positions(), &gradient))?);
             }
         }
     }
@@ -131,18 +141,25 @@ fn states(given: &Given) -> Result<Vec<acceleration::State>> {
 }
 
 /// The static states of the fitted load cases at some fractions of their loads; there the continuum resists with the load.
-fn history(given: &Given, fractions: &[f64]) -> Vec<acceleration::State> {
+///
+/// # Errors
+/// Those of [`large::history`].
+fn history(given: &Given, fractions: &[f64]) -> Result<Vec<acceleration::State>> {
     let scaled = |values: &[f64], by: f64| -> Vec<f64> { values.iter().map(|value| value * by).collect() };
     let fitted = given.loads.iter().zip(&given.reference.cases).filter(|(case, _)| case.fit);
-    let of_case = |(case, solved): (&LoadCase, &Case)| -> Vec<acceleration::State> {
-        let state = |&fraction: &f64| acceleration::State {
+    let of_case = |(case, solved): (&LoadCase, &Case)| -> Result<Vec<acceleration::State>> {
+        let displacements = match large::is_asked(given.scene) {
+            true => large::history(given, case, fractions)?,
+            false => fractions.iter().map(|&fraction| scaled(&solved.displacement, fraction)).collect(),
+        };
+        let state = |(&fraction, displacement): (&f64, &Vec<f64>)| acceleration::State {
             name: format!("{fraction} of {}", case.name),
-            displacement: given.body.dofs.expand(&scaled(&solved.displacement, fraction)),
+            displacement: given.body.dofs.expand(displacement),
             resistance: scaled(&case.load.forces, fraction),
         };
-        fractions.iter().map(state).collect()
+        Ok(fractions.iter().zip(&displacements).map(state).collect())
     };
-    fitted.flat_map(of_case).collect()
+    Ok(fitted.map(of_case).collect::<Result<Vec<_>>>()?.concat())
 }
 
 /// The matrix with these numbers on its diagonal.
@@ -164,9 +181,13 @@ fn affine(positions: &[[f64; 3]], gradient: &[Vec<f64>]) -> Vec<[f64; 3]> {
     positions.iter().map(at).collect()
 }
 
-/// A state of all nodes with the force K_ref u of the continuum in it.
-fn state(body: &Body, name: String, displacement: Vec<[f64; 3]>) -> Result<acceleration::State> {
-    let forces = stiffness::internal_forces(&body.integration_points()?, body.lame, &displacement)?;
+/// A state of all nodes with the force of the continuum in it: K_ref u, or that of the turned domains.
+fn state(given: &Given, name: String, displacement: Vec<[f64; 3]>) -> Result<acceleration::State> {
+    let body = given.body;
+    let forces = match large::is_asked(given.scene) {
+        true => large::resistance(given, &displacement)?,
+        false => stiffness::internal_forces(&body.integration_points()?, body.lame, &displacement)?,
+    };
     let mut resistance = vec![0.0; body.dofs.len()];
     for (node, force) in forces.iter().enumerate() {
         for (&dof, force) in body.dofs.free(node).iter().zip(force).filter(|(dof, _)| **dof != FIXED) {

@@ -1,32 +1,36 @@
 //! Masses, damping, safe steps and motions of a scene with `[dynamics]`.
 //!
 //! Before anything moves, the limits of stability are found ([`limits`]) and a step above them is refused. Motions with
-//! several alpha run side by side.
+//! several alpha run side by side. A continuum can move too ([`continuum`]).
 
+pub mod continuum;
 pub mod limits;
+mod start;
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use crate::calibration::errors::global_strain;
 use crate::clock::{Progress, Stopwatch};
-use crate::dynamics::external::{External, History, Part, weight};
+use crate::dynamics::external::External;
 use crate::dynamics::integrator::{self, Integrator};
-use crate::dynamics::linear::{Damping, LinearModel};
 use crate::dynamics::model::Model;
 use crate::dynamics::motion::{self, Motion, Schedule};
 use crate::dynamics::springs::{Coefficients, SpringModel};
 use crate::dynamics::stepper::{Settings, Solves, Stepper};
+use crate::dynamics::system::LinearSolver;
 use crate::error::{Error, Result};
 use crate::geometry::dofs::DofMap;
-use crate::reference::{mass, stiffness};
-use crate::scene::{self, Initial, Masses};
+use crate::reference::mass;
+use crate::scene::{self, Masses};
 use crate::sparse::cholesky::Symbolic;
 use crate::springs::damping;
 
 use super::body::Body;
 use super::fit::{Calibration, Given};
+use continuum::{Inverted, Moving};
 use limits::Limits;
 
 /// Bytes that the recorded frames may take.
@@ -34,6 +38,10 @@ const LARGEST_RECORD: f64 = 4e9;
 
 /// What `[dynamics]` asks for.
 pub struct Dynamics {
+    /// What moves the body, or would.
+    pub integrator: &'static Integrator,
+    /// The degrees of freedom that move.
+    pub dofs: DofMap,
     /// Mass of every node, kg (0 where it is tied to another).
     pub masses: Vec<f64>,
     /// Damping of every spring (4.18) for the first alpha, N s/m; absent without alpha.
@@ -58,6 +66,8 @@ pub struct Moved {
     pub motion: Motion,
     /// Work of the implicit solves.
     pub solves: Solves,
+    /// What was turned inside out; none where no corotational continuum moved.
+    pub inverted: Option<Inverted>,
     /// Seconds it took.
     pub seconds: f64,
 }
@@ -68,6 +78,8 @@ struct Mover<'a> {
     found: &'a Calibration,
     settings: &'a scene::Dynamics,
     integrator: &'static Integrator,
+    /// The degrees of freedom that move.
+    dofs: Cow<'a, DofMap>,
     masses: Vec<f64>,
     /// Damping of every spring with alpha = 1 s, N s/m.
     unit_damping: Vec<f64>,
@@ -85,17 +97,20 @@ pub fn run(given: Given, found: &Calibration, progress: &Progress) -> Result<Opt
     let masses = masses(given.scene, given.body)?;
     let network = &given.lattice.network;
     let unit_damping = damping::coefficients(network, &found.stiffness, &masses, 1.0);
-    let integrator = integrator::find(&settings.integrator).ok_or_else(|| {
-        let message = format!("there is no integrator {}", settings.integrator);
+    let name = settings.integrator(given.scene.reference.kinematics);
+    let integrator = integrator::find(name).ok_or_else(|| {
+        let message = format!("there is no integrator {name}");
         Error::input("dynamics.integrator", message, "see `springfit list integrators`")
     })?;
-    let mut mover = Mover { given, found, settings, integrator, masses, unit_damping, symbolic: None };
-    let reference = mover.reference_model()?;
-    mover.symbolic = mover.analysis(reference.as_ref())?;
-    let (limits, damping_range) = mover.limits(reference.as_ref(), progress)?;
-    let motions = if settings.moves() { mover.move_all(reference.as_ref(), &limits, progress)? } else { vec![] };
+    let dofs = start::dofs(settings, given.body);
+    let mut mover = Mover { given, found, settings, integrator, dofs, masses, unit_damping, symbolic: None };
+    let continuum = mover.continuum()?;
+    mover.symbolic = mover.analysis(continuum.as_ref())?;
+    let (limits, damping_range) = mover.limits(continuum.as_ref(), progress)?;
+    let motions = if settings.moves() { mover.move_all(continuum.as_ref(), &limits, progress)? } else { vec![] };
     let damping = limits[0].alpha.map(|alpha| mover.damping(alpha));
-    Ok(Some(Dynamics { masses: mover.masses, damping, limits, damping_range, motions }))
+    let (masses, dofs) = (mover.masses, mover.dofs.into_owned());
+    Ok(Some(Dynamics { integrator, dofs, masses, damping, limits, damping_range, motions }))
 }
 
 /// Masses of the nodes (3.11, 3.12), kg.
@@ -112,14 +127,18 @@ pub fn masses(scene: &scene::Scene, body: &Body) -> Result<Vec<f64>> {
 }
 
 /// What a scene with `[dynamics]` will do, in words.
-pub fn announce(settings: &scene::Dynamics) -> String {
+pub fn announce(settings: &scene::Dynamics, kinematics: scene::Kinematics) -> String {
     let damping = match settings.all_alphas()[..] {
         [None] => "no damping: [dynamics] has no alpha".to_owned(),
         [_] => "damping".to_owned(),
         ref several => format!("damping with {} alpha", several.len()),
     };
     let motion = match settings.moves() {
-        true => format!("motion of \"{}\" by {}", settings.model.name(), settings.integrator),
+        true => {
+            let turning = if settings.turns(kinematics) { ", which turns," } else { "" };
+            let held = if settings.free { " without supports" } else { "" };
+            format!("motion of \"{}\"{turning}{held} by {}", settings.model.name(), settings.integrator(kinematics))
+        }
         false => "no motion: [dynamics] has neither duration nor steps".to_owned(),
     };
     format!("masses; {damping}; safe step; {motion}")
@@ -127,7 +146,7 @@ pub fn announce(settings: &scene::Dynamics) -> String {
 
 impl Mover<'_> {
     fn dofs(&self) -> &DofMap {
-        &self.given.body.dofs
+        &self.dofs
     }
 
     /// c of every spring (4.18), N s/m.
@@ -135,43 +154,15 @@ impl Mover<'_> {
         self.unit_damping.iter().map(|c| c / alpha).collect()
     }
 
-    /// The continuum in motion, if that is what moves.
-    fn reference_model(&self) -> Result<Option<LinearModel>> {
-        if self.settings.model != scene::Model::Reference {
-            return Ok(None);
-        }
-        let (body, dofs) = (self.given.body, self.dofs());
-        let assembled = match &self.given.reference.stiffness {
-            Some(stiffness) => stiffness.clone(),
-            None => {
-                let points = body.integration_points()?;
-                stiffness::stiffness(&points, body.lame, dofs, &stiffness::pattern(&points, dofs))?
-            }
-        };
-        let damping = match self.settings.rayleigh {
-            Some([mass, stiffness]) => Damping::Rayleigh { mass, stiffness },
-            None => Damping::None,
-        };
-        let masses = (0..dofs.len()).map(|dof| self.masses[dofs.owner(dof).0]).collect();
-        Ok(Some(LinearModel::new(&assembled, damping, masses)))
-    }
-
-    /// The analysis of the pattern of what moves; none where springs have none because they are many.
-    fn analysis(&self, reference: Option<&LinearModel>) -> Result<Option<Arc<Symbolic>>> {
-        let Some(model) = reference else { return Ok(self.given.lattice.symbolic.clone()) };
-        let order = self.given.body.reference_order(&self.given.body.integration_points()?)?;
-        Symbolic::analyse(model.pattern(), order).map(Some)
-    }
-
     /// Calls `then` with the model that moves; springs have the damping of alpha.
     fn with_model<T>(
         &self,
-        reference: Option<&LinearModel>,
+        continuum: Option<&Moving>,
         alpha: Option<f64>,
         then: impl FnOnce(&mut dyn Model) -> T,
     ) -> T {
-        if let Some(reference) = reference {
-            return then(&mut reference.clone());
+        if let Some(continuum) = continuum {
+            return then(continuum.clone().model());
         }
         let damping = alpha.map(|alpha| self.damping(alpha));
         let of = Coefficients { stiffness: &self.found.stiffness, damping: damping.as_deref() };
@@ -183,19 +174,21 @@ impl Mover<'_> {
     }
 
     /// Moves the body once for every alpha.
-    fn move_all(&self, reference: Option<&LinearModel>, limits: &[Limits], progress: &Progress) -> Result<Vec<Moved>> {
+    fn move_all(&self, continuum: Option<&Moving>, limits: &[Limits], progress: &Progress) -> Result<Vec<Moved>> {
         let steps: Vec<f64> = limits.iter().filter_map(|limits| limits.step).collect();
         let schedules: Vec<Schedule> = steps.iter().map(|&step| schedule(self.settings, step)).collect();
         for (limits, &step) in limits.iter().zip(&steps) {
             self.check_step(limits, step)?;
         }
         self.check_record(&schedules)?;
-        let external = self.external()?;
+        let external = self.external();
         progress.enter("motion", schedules.iter().map(|schedule| schedule.steps).sum());
         let one = |i: usize| -> Result<Moved> {
-            self.with_model(reference, limits[i].alpha, |model| {
+            let mut moved = self.with_model(continuum, limits[i].alpha, |model| {
                 self.move_one(model, &external, limits[i].alpha, steps[i], schedules[i], progress)
-            })
+            })?;
+            moved.inverted = self.inverted(continuum, &moved.motion);
+            Ok(moved)
         };
         (0..steps.len()).into_par_iter().map(one).collect()
     }
@@ -214,50 +207,18 @@ impl Mover<'_> {
             newmark: self.settings.newmark,
             tolerance: self.settings.tolerance,
             symbolic: self.symbolic.clone(),
+            linear: match self.settings.linear_solver {
+                scene::Linear::Cholesky => LinearSolver::Cholesky,
+                scene::Linear::Cg => LinearSolver::Gradients { tolerance: self.settings.linear_tolerance },
+            },
             ..Settings::with_step(step)
         };
-        let still = vec![0.0; self.dofs().len()];
-        let start = self.start()?.unwrap_or_else(|| still.clone());
-        let mut stepper = Stepper::new(model, external, self.integrator, settings, [&start, &still])?;
+        let [u, v] = self.start();
+        let mut stepper = Stepper::new(model, external, self.integrator, settings, [&u, &v])?;
         let strain = |u: &[f64]| global_strain(&self.given.lattice.network, &self.dofs().expand(u));
         let motion = motion::run(&mut stepper, schedule, &strain, progress)?;
         let (steps, solves) = (schedule.steps, stepper.solves());
-        Ok(Moved { alpha, step, steps, motion, solves, seconds: watch.seconds() })
-    }
-
-    /// Index of the load case that acts.
-    fn case(&self) -> usize {
-        let named = |name: &String| self.given.loads.iter().position(|case| &case.name == name);
-        self.settings.load_case.as_ref().and_then(named).unwrap_or(0)
-    }
-
-    /// The displacement of the static state that the body is released from, if it is.
-    fn start(&self) -> Result<Option<Vec<f64>>> {
-        Ok((self.settings.initial == Initial::Released).then(|| match self.settings.model {
-            scene::Model::Reference => self.given.reference.cases[self.case()].displacement.clone(),
-            _ => self.found.displacements[self.case()].clone(),
-        }))
-    }
-
-    /// The forces in time: the load case as long as it acts, and weight.
-    fn external(&self) -> Result<External> {
-        let mut parts = Vec::new();
-        if self.settings.initial == Initial::Rest {
-            let history = match (self.settings.load_until, self.settings.load_factors.is_empty()) {
-                (Some(end), _) => History::Until(end),
-                (None, false) => History::Table(self.settings.load_factors.clone()),
-                (None, true) => History::Constant,
-            };
-            parts.push(Part { forces: self.given.loads[self.case()].load.forces.clone(), history });
-        }
-        if let Some(gravity) = &self.settings.gravity {
-            let dofs = self.dofs();
-            let gravity = [0, 1, 2].map(|a| gravity.get(a).copied().unwrap_or(0.0));
-            let masses: Vec<f64> = (0..dofs.len()).map(|dof| self.masses[dofs.owner(dof).0]).collect();
-            let forces = weight(&masses, |dof| dofs.owner(dof).1, gravity);
-            parts.push(Part { forces, history: History::Constant });
-        }
-        Ok(External { parts })
+        Ok(Moved { alpha, step, steps, motion, solves, inverted: None, seconds: watch.seconds() })
     }
 
     /// Refuses a record that would not fit.

@@ -21,7 +21,7 @@ use crate::springs::solver::Path;
 
 use super::body::Body;
 use super::network::Lattice;
-use super::{body, fit, linear_fit, loads, motion, network};
+use super::{body, fit, large, linear_fit, loads, motion, network};
 
 /// Floating-point operations a second and core that supernodal factorisations of these sizes reach on a common machine;
 /// for estimates only.
@@ -239,14 +239,20 @@ impl SpringCost {
 fn steps(scene: &Scene, method: &Method, fitted: usize, cases: usize, problems: usize) -> Vec<String> {
     let dynamics = match &scene.dynamics {
         None => "no masses, no damping: the scene has no [dynamics]".to_owned(),
-        Some(dynamics) => motion::announce(dynamics),
+        Some(dynamics) => motion::announce(dynamics, scene.reference.kinematics),
     };
     let converged = scene
         .converged
         .as_ref()
         .map(|finer| format!("converged reference: {} halving(s), {} elevation(s)", finer.halvings, finer.elevations));
     let mut steps = vec![
-        format!("reference: {} with {cases} load case(s), one factorisation", method.name),
+        match large::is_asked(scene) {
+            true => format!(
+                "reference: {} with {cases} load case(s), each in {} steps of the load by Newton's method",
+                method.name, scene.reference.load_steps
+            ),
+            false => format!("reference: {} with {cases} load case(s), one factorisation", method.name),
+        },
         format!(
             "springs: topology \"{}\", grouping \"{}\", one analysis",
             scene.springs.topology, scene.springs.grouping

@@ -6,5 +6,8 @@ mod bodies;
 mod corotational;
 mod linear;
 mod motion;
+mod plane;
 mod push;
 mod scenes;
+mod springs;
+mod turning;

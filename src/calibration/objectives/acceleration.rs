@@ -21,8 +21,12 @@
 //! no motion has to be integrated. Several states (snapshots, or the static states of a load that grows) are averaged,
 //! each relative to its own accelerations.
 //!
-//! The continuum is linear and knows no rotation, the full force does: large states compare a body with one that bends
-//! differently. Springs that a state neither stretches nor shortens have no part in it, and their group no answer.
+//! A linear continuum knows no rotation, the full force does: large states then compare a body with one that bends
+//! differently. A corotational continuum turns as the springs do. In its states K_ref u stands for its force dE/du, and a
+//! static state of a load c resists with c itself; all stays linear in phi, so that springs are fitted to forces at any turn in
+//! one step. Static states of slender bodies fit badly, though: there a small force is left of large ones that cancel, in the
+//! body and not in the network. Uniform states do better.
+//! Springs that a state neither stretches nor shortens have no part in it, and their group no answer.
 //! Nor do uniform states tell many groups apart: a homogeneous network (weighting "cells") of central springs has two moduli
 //! on a square or cubic grid, c11 and c12 = c44, so the third kind of a cube needs a state that is not uniform, or weighting
 //! "springs", which makes the border another network than the inside.
@@ -53,7 +57,7 @@ pub struct State {
     pub name: String,
     /// Displacement of every node, held ones included, m.
     pub displacement: Vec<[f64; 3]>,
-    /// K_ref u over the free degrees of freedom, N.
+    /// K_ref u, or dE/du of a corotational continuum, over the free degrees of freedom, N.
     pub resistance: Vec<f64>,
 }
 

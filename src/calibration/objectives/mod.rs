@@ -3,6 +3,7 @@
 //! | name | what shall agree | in phi |
 //! |---|---|---|
 //! | [`displacement`] (5.7) | the displacements under the same forces | not linear |
+//! | [`large`] (5.7) | the displacements of a body that turns and of the springs in equilibrium | not linear |
 //! | [`acceleration`] (4.5) | the accelerations in the same states | linear |
 //! | [`matrix`] (3.17) | the stiffness matrices | linear |
 //! | formula | nothing is fitted: a formula of the literature gives every spring its stiffness | |
@@ -11,6 +12,7 @@
 
 pub mod acceleration;
 pub mod displacement;
+pub mod large;
 pub mod linear;
 pub mod matrix;
 

@@ -45,8 +45,16 @@ pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
     if let Some(worker) = reduced::worker(problem) {
         return reduced::run(problem, settings, worker);
     }
-    let starts = settings.starts_for(problem.upper.len());
-    let outcomes = problem.pieces(Stage::Start, starts, |s| descend(problem, settings, &start(problem, s)));
+    let starts: Vec<Vec<f64>> = (0..settings.starts_for(problem.upper.len())).map(|s| start(problem, s)).collect();
+    from(problem, settings, &starts)
+}
+
+/// Runs from these stiffnesses and returns the best outcome, polished.
+///
+/// # Errors
+/// As [`run`].
+pub fn from(problem: &Problem, settings: &Settings, starts: &[Vec<f64>]) -> Result<Outcome> {
+    let outcomes = problem.pieces(Stage::Start, starts.len(), |s| descend(problem, settings, &starts[s]));
     let mut found = Vec::new();
     let mut failure = None;
     for outcome in outcomes {
@@ -77,7 +85,7 @@ pub fn polish(problem: &Problem, settings: &Settings, found: Outcome) -> Result<
 
 /// Where a start begins: a tenth of the bounds, then one stiffness for all groups, then anywhere within three decades
 /// below the bounds.
-pub(super) fn start(problem: &Problem, index: usize) -> Vec<f64> {
+pub fn start(problem: &Problem, index: usize) -> Vec<f64> {
     let smallest = problem.upper.iter().fold(f64::INFINITY, |a, b| a.min(*b));
     let mut stream = Stream::new(problem.seed, problem.index, index);
     let place = |upper: &f64| match index {
@@ -125,7 +133,9 @@ pub fn descend(problem: &Problem, settings: &Settings, from: &[f64]) -> Result<O
             let mut trial_phi = trial;
             let tried = match objective.error(&trial_phi) {
                 Ok(_) => objective.fit_scale(&mut trial_phi),
-                Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) => f64::INFINITY,
+                Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. } | Error::NoEquilibrium { .. }) => {
+                    f64::INFINITY
+                }
                 Err(other) => return Err(other),
             };
             if tried < error {

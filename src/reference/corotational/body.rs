@@ -16,6 +16,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::reference::corotational::Tangent;
+use crate::reference::corotational::plane;
 use crate::reference::corotational::rotation;
 use crate::reference::corotational::twist::Twist;
 use crate::reference::material::Lame;
@@ -51,6 +52,8 @@ pub struct Corotational {
     states: Vec<State>,
     twists: Vec<Twist>,
     tangent: Tangent,
+    /// In two dimensions gradients are F = [F_2 0; 0 1].
+    planar: bool,
     stresses: Vec<Matrix3<f64>>,
     cells: Vec<Matrix3<f64>>,
 }
@@ -59,11 +62,10 @@ impl Corotational {
     /// A body at rest.
     ///
     /// # Errors
-    /// [`Error::Input`] at `reference.method` for a body in two dimensions.
+    /// [`Error::Input`] at `geometry` for a body without cells.
     pub fn new(domains: Domains, lame: Lame) -> Result<Self> {
-        if domains.dimension() != 3 {
-            let message = "large rotations are computed in three dimensions only";
-            return Err(Error::input("reference.method", message, "a mesh of tetrahedra"));
+        if domains.is_empty() {
+            return Err(Error::input("geometry", "the body has no cells", "give a mesh of triangles or tetrahedra"));
         }
         let cells = domains.cells();
         let members = (0..domains.len()).flat_map(|k| domains.members(k).iter().map(move |m| (k as u32, m)));
@@ -83,6 +85,7 @@ impl Corotational {
             states: vec![at_rest; domains.len()],
             twists: vec![Twist::none(); domains.len()],
             tangent: Tangent::Warped,
+            planar: domains.dimension() == 2,
             stresses: vec![Matrix3::zeros(); domains.len()],
             cells: vec![Matrix3::zeros(); cells.len()],
             domains_of_cells,
@@ -118,10 +121,15 @@ impl Corotational {
     pub fn place(&mut self, places: &[[f64; 3]]) {
         assert_eq!(places.len(), self.domains.nodes(), "one place for each node");
         spread(self.domains.cells(), places, &mut self.cells);
-        let (domains, cells) = (&self.domains, &self.cells);
+        let (domains, cells, planar) = (&self.domains, &self.cells, self.planar);
         self.states.par_iter_mut().with_min_len(AT_LEAST).enumerate().for_each(|(k, state)| {
             state.gradient = average(domains, cells, k);
-            state.rotation = rotation::extract(&state.gradient, &mut state.memory);
+            state.rotation = if planar {
+                state.gradient[(2, 2)] = 1.0;
+                plane::extract(&state.gradient, &mut state.memory)
+            } else {
+                rotation::extract(&state.gradient, &mut state.memory)
+            };
             let stretch = state.rotation.tr_mul(&state.gradient);
             state.strain = (stretch + stretch.transpose()) * 0.5 - Matrix3::identity();
         });
@@ -176,8 +184,9 @@ impl Corotational {
             return;
         }
         let (states, constants) = (&self.states, &self.constants);
+        let of = if self.planar { plane::twist } else { Twist::of };
         self.twists.par_iter_mut().with_min_len(AT_LEAST).enumerate().for_each(|(k, twist)| {
-            *twist = Twist::of(&states[k].gradient, constants[k], tangent);
+            *twist = of(&states[k].gradient, constants[k], tangent);
         });
     }
 

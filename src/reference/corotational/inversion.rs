@@ -4,7 +4,7 @@
 //! in it is inverted: both are looked at. The force pushes an inverted domain back, an inverted cell in a sound domain it
 //! does not see.
 
-use nalgebra_sparse::na::Matrix3;
+use nalgebra_sparse::na::{Matrix3, Vector3};
 
 use crate::reference::corotational::body::cell_gradient;
 use crate::reference::methods::smoothed::Domains;
@@ -26,7 +26,9 @@ impl Inversion {
     /// Looks at a body whose nodes are at `places` (m).
     pub fn of(domains: &Domains, places: &[[f64; 3]]) -> Self {
         let table = domains.cells();
-        let gradients: Vec<Matrix3<f64>> = (0..table.len()).map(|e| cell_gradient(table, e, places)).collect();
+        // in the plane the third direction stays as it is
+        let third = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, f64::from(u8::from(domains.dimension() == 2))));
+        let gradients: Vec<Matrix3<f64>> = (0..table.len()).map(|e| cell_gradient(table, e, places) + third).collect();
         let mean = |k: usize| -> Matrix3<f64> {
             domains.members(k).iter().map(|member| gradients[member.cell as usize] * member.weight).sum()
         };

@@ -20,17 +20,19 @@
 //! | file | idea |
 //! |---|---|
 //! | [`rotation`] | the rotation in a gradient: singular values with a sign, Newton steps from the last one |
+//! | [`plane`] | the same in two dimensions |
 //! | [`body`] | energy, force and products with the tangent, without a matrix |
 //! | [`twist`] | what the turning of R adds to the second derivative |
 //! | [`matrix`] | the tangent as a sparse matrix, filled again in place |
 //! | [`held`] | the same over the free degrees of freedom |
-//! | [`statics`] | equilibrium under large displacements by Newton's method |
+//! | [`statics`] | equilibrium under large displacements, and the answers to load cases |
 //! | [`inversion`] | which cells and domains are turned inside out |
 
 pub mod body;
 pub mod held;
 pub mod inversion;
 pub mod matrix;
+pub mod plane;
 pub mod rotation;
 pub mod statics;
 pub mod twist;
@@ -41,7 +43,8 @@ pub mod twist;
 ///     d2E = sum_k V_k (2 mu e':e' + lambda tr(e')^2)   with e' = sym(R^T dF)          warped
 ///         + sum_k V_k sum_{i<j} c_ij (q_ij : dF)^2                                    twist, see [`twist`]
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Tangent {
     /// Linear stiffness in turned axes, positive semidefinite; misses the stiffness that comes from stress.
     Warped,

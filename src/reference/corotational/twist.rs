@@ -17,7 +17,7 @@ use crate::reference::corotational::rotation::Signed;
 use crate::reference::material::Lame;
 
 /// Floor of s_i + s_j.
-const LEAST_SUM: f64 = 1e-6;
+pub(super) const LEAST_SUM: f64 = 1e-6;
 
 /// The three twists of a domain and their coefficients in Pa.
 #[derive(Debug, Clone, Copy, PartialEq)]

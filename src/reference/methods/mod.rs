@@ -20,6 +20,7 @@ pub mod t10;
 use crate::error::{Error, Result};
 use crate::geometry::mesh::{CellKind, Mesh};
 use crate::geometry::patch::Patch;
+use crate::reference::methods::smoothed::{Domains, Smoothing};
 use crate::reference::points::IntegrationPoints;
 
 /// A method of the table.
@@ -31,6 +32,8 @@ pub struct Method {
     pub doc: &'static str,
     /// What it works on, and how it fills the points.
     pub body: MethodBody,
+    /// Its domains, where it can turn and bend far ([`crate::reference::corotational`]).
+    pub domains: Option<MeshDomains>,
 }
 
 /// Fills the points of a patch; Gauss points beyond degree + 1, and the thickness in m (looked at in two dimensions only).
@@ -38,6 +41,9 @@ pub type PatchPoints = fn(&Patch, usize, f64) -> IntegrationPoints<'_>;
 
 /// Fills the points of a mesh; the number is the thickness in m (looked at in two dimensions only).
 pub type MeshPoints = fn(&Mesh, f64) -> Result<IntegrationPoints<'_>>;
+
+/// The domains of a mesh; the number is the thickness in m (looked at in two dimensions only).
+pub type MeshDomains = fn(&Mesh, f64) -> Result<Domains>;
 
 /// What a method works on.
 #[derive(Debug, Clone, Copy)]
@@ -62,61 +68,73 @@ pub const METHODS: &[Method] = &[
         name: "iga",
         doc: "isogeometric: the NURBS of the body carry the displacement",
         body: MethodBody::Patch(nurbs::integration_points),
+        domains: None,
     },
     Method {
         name: "t3",
         doc: "triangles with linear displacement, 1 Gauss point",
         body: MethodBody::Mesh { cells: &[CellKind::Triangle], points: elements::integration_points },
+        domains: Some(|mesh, thickness| smoothed::domains(mesh, Smoothing::Element, thickness)),
     },
     Method {
         name: "t4",
         doc: "tetrahedra with linear displacement, 1 Gauss point",
         body: MethodBody::Mesh { cells: &[CellKind::Tetrahedron], points: elements::integration_points },
+        domains: Some(|mesh, thickness| smoothed::domains(mesh, Smoothing::Element, thickness)),
     },
     Method {
         name: "q4",
         doc: "bilinear quadrilaterals, 2 x 2 Gauss points",
         body: MethodBody::Mesh { cells: QUADRILATERALS, points: elements::integration_points },
+        domains: None,
     },
     Method {
         name: "b8",
         doc: "trilinear hexahedra, 2 x 2 x 2 Gauss points",
         body: MethodBody::Mesh { cells: HEXAHEDRA, points: elements::integration_points },
+        domains: None,
     },
     Method {
         name: "q4_bbar",
         doc: "q4 with the change of volume averaged over the element, against locking (B-bar)",
         body: MethodBody::Mesh { cells: QUADRILATERALS, points: elements::with_mean_dilatation },
+        domains: None,
     },
     Method {
         name: "b8_bbar",
         doc: "b8 with the change of volume averaged over the element, against locking (B-bar)",
         body: MethodBody::Mesh { cells: HEXAHEDRA, points: elements::with_mean_dilatation },
+        domains: None,
     },
     Method {
         name: "smoothed_face",
         doc: "tetrahedra with the strain averaged over faces (FS-FEM): softer than t4, hardly more expensive",
         body: MethodBody::Mesh { cells: &[CellKind::Tetrahedron], points: smoothed::face_points },
+        domains: Some(|mesh, thickness| smoothed::domains(mesh, Smoothing::Face, thickness)),
     },
     Method {
         name: "smoothed_edge",
         doc: "tetrahedra with the strain averaged over edges (ES-FEM): nearest to quadratic tetrahedra on coarse meshes",
         body: MethodBody::Mesh { cells: &[CellKind::Tetrahedron], points: smoothed::edge_points },
+        domains: Some(|mesh, thickness| smoothed::domains(mesh, Smoothing::Edge, thickness)),
     },
     Method {
         name: "smoothed_node",
         doc: "tetrahedra with the strain averaged over nodes (NS-FEM): softer than the body, for statics",
         body: MethodBody::Mesh { cells: &[CellKind::Tetrahedron], points: smoothed::node_points },
+        domains: Some(|mesh, thickness| smoothed::domains(mesh, Smoothing::Node, thickness)),
     },
     Method {
         name: "smoothed_selective",
         doc: "tetrahedra with shear averaged over faces and volume change over nodes, against locking",
         body: MethodBody::Mesh { cells: &[CellKind::Tetrahedron], points: smoothed::selective_points },
+        domains: Some(|mesh, thickness| smoothed::selective(mesh, Smoothing::Face, Smoothing::Node, thickness)),
     },
     Method {
         name: "smoothed_triangle",
         doc: "triangles with the strain averaged over edges (ES-FEM)",
         body: MethodBody::Mesh { cells: &[CellKind::Triangle], points: smoothed::edge_points },
+        domains: Some(|mesh, thickness| smoothed::domains(mesh, Smoothing::Edge, thickness)),
     },
 ];
 

@@ -128,3 +128,17 @@ pub(super) fn warnings(scene: &Scene) -> Vec<String> {
     }
     warnings
 }
+
+/// Settings that mean little beside a continuum that turns.
+pub(super) fn warnings_of_large(calibration: &Calibration) -> Vec<String> {
+    let linear = calibration.acceleration.as_ref().is_some_and(|settings| settings.linear);
+    let starts = calibration.starts.is_some() && calibration.objective == "displacement";
+    let told = [
+        (linear, "calibration.acceleration.linear compares forces at rest with a continuum that turns"),
+        (
+            starts,
+            "calibration.starts has no effect beside a corotational continuum: the search begins at the best balance",
+        ),
+    ];
+    told.into_iter().filter(|(given, _)| *given).map(|(_, text)| text.to_owned()).collect()
+}

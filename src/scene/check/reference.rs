@@ -4,12 +4,12 @@ use crate::error::{Error, Result};
 use crate::reference::methods::{self, Method};
 
 use super::super::choices::{known, names};
-use super::super::{Reference, Scene};
+use super::super::{Kinematics, Reference, Scene};
 use super::{positive, within};
 
 /// The method by name, the degree that only splines have, and plain ranges.
 pub(in crate::scene) fn check_reference(scene: &Scene) -> Result<()> {
-    let Reference { method, thickness, extra_gauss_points, .. } = &scene.reference;
+    let Reference { method, thickness, extra_gauss_points, load_steps, .. } = &scene.reference;
     if let Some(method) = method {
         known("reference.method", method, &names("reference.method"))?;
     }
@@ -17,12 +17,28 @@ pub(in crate::scene) fn check_reference(scene: &Scene) -> Result<()> {
         positive("reference.thickness", *thickness)?;
     }
     within("reference.extra_gauss_points", *extra_gauss_points, 0, 32)?;
+    within("reference.load_steps", *load_steps, 1, 1000)?;
+    check_large(scene)?;
     match (&scene.geometry.degree, named_method(scene)) {
         (Some(degree), Some(method)) if !method.works_on_patches() => Err(Error::input(
             "geometry.degree",
             format!("{degree:?} has no meaning for the method \"{}\": its elements are linear", method.name),
             "remove geometry.degree, or use reference.method = \"iga\"",
         )),
+        _ => Ok(()),
+    }
+}
+
+/// Beside a continuum that turns the network is in equilibrium, too: one optimiser knows how to follow that.
+fn check_large(scene: &Scene) -> Result<()> {
+    let calibration = &scene.calibration;
+    let asked = scene.reference.kinematics == Kinematics::Corotational && calibration.objective == "displacement";
+    match calibration.optimiser.as_deref() {
+        Some(name) if asked && name != "gauss_newton" => {
+            let message = format!("{name} solves K(phi) u = f, and beside a corotational continuum that is too little");
+            let help = "use gauss_newton, or the objective acceleration with { loads = [...] } snapshots";
+            Err(Error::input("calibration.optimiser", message, help))
+        }
         _ => Ok(()),
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! K and C of what is to move are linearised at rest ([`stability`]) and the limit is found for every alpha. A larger step is
 //! refused with the smallest alpha that would do. Springs also get the limit that holds however they turn and stretch; "auto"
-//! takes that one for them.
+//! takes that one for them. A corotational continuum is linearised at rest too: its stiffness turns with it, but where it is
+//! strained far it can be stiffer than there.
 //!
 //! Before the calibration its upper bounds (5.8) already tell a step that is safe whatever it finds: no spring becomes
 //! stiffer, and none is damped more, than at its bound.
@@ -11,7 +12,6 @@ use rayon::prelude::*;
 
 use crate::clock::Progress;
 use crate::dynamics::integrator::{self, Integrator, Stability};
-use crate::dynamics::linear::LinearModel;
 use crate::dynamics::springs::{Coefficients, SpringModel, isotropic};
 use crate::dynamics::stability::{self, Limit, Linearised};
 use crate::error::{Error, Result};
@@ -21,7 +21,8 @@ use crate::springs::{bounds, damping, weighting};
 use crate::study::body::Body;
 use crate::study::network::Lattice;
 
-use super::{Mover, masses};
+use super::continuum::Moving;
+use super::{Mover, masses, start};
 
 /// Unknowns above which nothing is linearised: the matrix alone would fill gigabytes.
 const LARGEST_LINEARISED: usize = 300_000;
@@ -75,7 +76,8 @@ pub fn before_calibration(
     groupings: &[Grouping],
 ) -> Result<Option<f64>> {
     let Some(settings) = &scene.dynamics else { return Ok(None) };
-    if body.dofs.len() > LARGEST_CHECKED || settings.model == scene::Model::Reference {
+    let dofs = start::dofs(settings, body);
+    if dofs.len() > LARGEST_CHECKED || settings.model == scene::Model::Reference {
         return Ok(None);
     }
     let network = &lattice.network;
@@ -90,22 +92,24 @@ pub fn before_calibration(
     let alpha = settings.all_alphas().into_iter().flatten().reduce(f64::min);
     let damping = alpha.map(|alpha| damping::coefficients(network, &stiffest, &masses, alpha));
     let of = Coefficients { stiffness: &stiffest, damping: damping.as_deref() };
-    let mut springs = SpringModel::new(network, &body.dofs, of, &masses);
-    let rest = vec![0.0; body.dofs.len()];
-    let limit = stability::limit(&Linearised::at(&mut springs, &rest, lattice.symbolic.clone()))?;
-    Ok(integrator::find(&settings.integrator).and_then(|integrator| bound(integrator, &limit)).map(|b| limit.safe(b)))
+    let mut springs = SpringModel::new(network, &dofs, of, &masses);
+    let rest = vec![0.0; dofs.len()];
+    let symbolic = lattice.symbolic.clone().filter(|_| !settings.free);
+    let limit = stability::limit(&Linearised::at(&mut springs, &rest, symbolic))?;
+    let name = settings.integrator(scene.reference.kinematics);
+    Ok(integrator::find(name).and_then(|integrator| bound(integrator, &limit)).map(|b| limit.safe(b)))
 }
 
 impl Mover<'_> {
     /// Limits for every alpha, and the smallest alpha for some steps.
     pub(super) fn limits(
         &self,
-        reference: Option<&LinearModel>,
+        continuum: Option<&Moving>,
         progress: &Progress,
     ) -> Result<(Vec<Limits>, Vec<[f64; 2]>)> {
         let small = self.dofs().len() <= LARGEST_LINEARISED;
         // K and C of alpha = 1 s: C of another alpha is that over alpha
-        let at_rest = small.then(|| self.linearised(reference));
+        let at_rest = small.then(|| self.linearised(continuum));
         let any_motion = (self.settings.model == scene::Model::Springs).then(|| {
             let of = Coefficients { stiffness: &self.found.stiffness, damping: Some(&self.unit_damping) };
             isotropic(&self.given.lattice.network, self.dofs(), of, &self.masses)
@@ -114,7 +118,7 @@ impl Mover<'_> {
             progress.check()?;
             let limit = |body: &Option<Linearised>| match body {
                 // the damping of the continuum does not depend on alpha
-                Some(body) if reference.is_some() => stability::limit(body).map(Some),
+                Some(body) if continuum.is_some() => stability::limit(body).map(Some),
                 Some(body) => stability::limit(&body.with_damping_over(alpha)).map(Some),
                 None => Ok(None),
             };
@@ -126,13 +130,15 @@ impl Mover<'_> {
                 smallest_alpha: None,
             };
             limits.step = self.step(&limits);
-            if let (Some(body), Some(limit), Some(step), None) = (&at_rest, &limits.at_rest, limits.step, reference) {
+            if let (Some(body), Some(limit), Some(step), None) =
+                (&at_rest, &limits.at_rest, limits.step, continuum.map(|_| ()))
+            {
                 limits.smallest_alpha = stability::smallest_alpha(body, limit, step);
             }
             Ok(limits)
         };
         let limits: Vec<Limits> = self.settings.all_alphas().into_par_iter().map(one).collect::<Result<_>>()?;
-        let range = match (&at_rest, limits[0].at_rest, reference) {
+        let range = match (&at_rest, limits[0].at_rest, continuum.map(|_| ())) {
             (Some(body), Some(limit), None) => damping_range(body, &limit),
             _ => Vec::new(),
         };
@@ -140,9 +146,9 @@ impl Mover<'_> {
     }
 
     /// K and C at rest, with the damping of alpha = 1 s where springs move.
-    fn linearised(&self, reference: Option<&LinearModel>) -> Linearised {
+    fn linearised(&self, continuum: Option<&Moving>) -> Linearised {
         let rest = vec![0.0; self.dofs().len()];
-        self.with_model(reference, Some(1.0), |model| Linearised::at(model, &rest, self.symbolic.clone()))
+        self.with_model(continuum, Some(1.0), |model| Linearised::at(model, &rest, self.symbolic.clone()))
     }
 
     /// The step of the scene in s, "auto" resolved; none when the scene has none.
