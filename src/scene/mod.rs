@@ -41,7 +41,7 @@ pub use choices::{Choice, KINDS, Kind};
 pub use dynamics::{Dynamics, Initial, Masses, Model, Step};
 pub use load::{Bending, Load, PatchForce, Place, PointForce, RandomSmooth, Torsion, Traction};
 pub use located::{Located, Source};
-pub use parse::{Input, parse, read};
+pub use parse::{Input, LARGEST_FILE, parse, read};
 pub use reference::{Plane, Reference};
 pub use resolve::resolve;
 pub use solver::Solver;
