@@ -12,7 +12,7 @@ use springfit::error::Error;
 use springfit::export::folder::Folder;
 use springfit::export::write;
 use springfit::report::result::Document;
-use springfit::report::summary;
+use springfit::report::{budget, summary};
 use springfit::scene::{self, Input};
 use springfit::study::checkpoint::{Checkpoint, Finished};
 use springfit::study::{self, Study};
@@ -83,13 +83,21 @@ fn put_out(
     if let Some(folder) = folder {
         folder.publish(|staging| {
             let mut files = study.export(staging)?;
+            if let Some(outcome) = &study.budget {
+                files.push(staging.join("front.svg"));
+                write::whole(&staging.join("front.svg"), budget::svg(&outcome.front).as_bytes())?;
+            }
             files.push(staging.join("result.json"));
             write::whole(&staging.join("result.json"), document.as_bytes())?;
             Ok(files)
         })?;
     }
     let text = if arguments.json { document } else { summary::run(&study) };
-    terminal::print(text.trim_end()).map_err(|located| located.error)
+    terminal::print(text.trim_end()).map_err(|located| located.error)?;
+    match (&study.budget, &input.scene.budget) {
+        (Some(outcome), Some(budget)) => outcome.check(budget),
+        _ => Ok(()),
+    }
 }
 
 /// After a run that did not come to its end: puts what is finished into the checkpoint, and says how to go on.

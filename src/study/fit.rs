@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::reference::Reference;
 use crate::scene::Scene;
 use crate::springs::affine::AffineStiffness;
-use crate::springs::grouping::{self, Grouping};
+use crate::springs::grouping::{self, Grouping, Request};
 use crate::springs::solver::{GridSprings, SpringOperator, SpringSolver};
 use crate::springs::{bounds, weighting};
 
@@ -38,7 +38,7 @@ pub struct Calibration {
     pub best: usize,
     /// The groups of the best row.
     pub grouping: Grouping,
-    /// Their stiffness phi, N/m (N with the law "axial_rigidity").
+    /// Their stiffness phi, in the unit of the profile: N/m unless the scene says otherwise.
     pub phi: Vec<f64>,
     /// Their upper bounds, like phi.
     pub upper: Vec<f64>,
@@ -59,6 +59,25 @@ pub struct Calibration {
 }
 
 impl Calibration {
+    /// Keeps only some springs, and the groups that still have some.
+    ///
+    /// # Panics
+    /// When there is not one word for every spring.
+    pub fn retain(&mut self, kept: &[bool]) {
+        network::retain(&mut self.stiffness, kept);
+        network::retain(&mut self.grouping.group_of, kept);
+        let mut counts = vec![0; self.grouping.groups.len()];
+        self.grouping.group_of.iter().for_each(|&group| counts[group as usize] += 1);
+        let filled: Vec<bool> = counts.iter().map(|&count| count > 0).collect();
+        let before = |group: usize| filled[..group].iter().filter(|filled| **filled).count() as u32;
+        let numbers: Vec<u32> = (0..filled.len()).map(before).collect();
+        self.grouping.group_of.iter_mut().for_each(|group| *group = numbers[*group as usize]);
+        self.grouping.groups.iter_mut().zip(counts).for_each(|(group, count)| group.springs = count);
+        network::retain(&mut self.grouping.groups, &filled);
+        network::retain(&mut self.phi, &filled);
+        network::retain(&mut self.upper, &filled);
+    }
+
     /// A word where the bounds, not the optimiser, decide: every group is at its upper bound.
     pub fn warning(&self) -> Option<String> {
         let at_bound = |(phi, upper): (&f64, &f64)| *phi >= (1.0 - 1e-9) * upper;
@@ -161,8 +180,11 @@ pub(super) fn group(scene: &Scene, body: &Body, lattice: &Lattice) -> Result<(Ve
         true => scene.calibration.gamma.values()?.into_iter().map(Some).collect(),
         false => vec![None],
     };
-    // the second argument is ignored by a rule that does not use gamma
-    let one = |gamma: &Option<f64>| (rule.group)(&lattice.network, gamma.unwrap_or_default());
+    let usual = Request { groups: scene.springs.groups, ..Request::default() };
+    let one = |gamma: &Option<f64>| {
+        let request = Request { gamma: gamma.unwrap_or(usual.gamma), ..usual };
+        (rule.group)(&lattice.network, &request)
+    };
     let groupings = gammas.iter().map(one).collect::<Result<_>>()?;
     Ok((gammas, groupings))
 }
@@ -196,7 +218,7 @@ impl Given<'_> {
 
     /// The springs and bounds of one grouping.
     fn problem(&self, goal: &Goal, grouping: &Grouping, index: usize) -> Result<SweepProblem<'_>> {
-        let Lattice { network, symbolic, coefficients, spring_bounds, .. } = self.lattice;
+        let Lattice { network, symbolic, factors, coefficients, spring_bounds, .. } = self.lattice;
         let dofs = &self.body.dofs;
         let operator = match symbolic {
             Some(symbolic) => SpringOperator::Assembled {
@@ -208,7 +230,7 @@ impl Given<'_> {
                 SpringOperator::OnGrid(GridSprings { network, grid, dofs, grouping: grouping.clone(), coefficients })
             }
         };
-        let upper = bounds::upper_bounds(network, grouping, spring_bounds, self.scene.springs.law);
+        let upper = bounds::upper_bounds(grouping, spring_bounds, factors);
         Ok(SweepProblem { operator, upper, search: goal.search(self, grouping)?, index })
     }
 
