@@ -76,7 +76,8 @@ impl Rows {
     /// # Errors
     /// That of the first row that `make` refuses; it is given the number of the row and its numbers.
     pub fn map<T, E>(&self, mut make: impl FnMut(usize, &[f64]) -> Result<T, E>) -> Result<Vec<T>, E> {
-        let mut made = Vec::with_capacity(self.len());
+        // rows without numbers are none that anyone makes much of
+        let mut made = Vec::with_capacity(self.len().min(self.numbers.len()));
         let mut numbers = self.numbers.iter();
         let mut row = Vec::new();
         for (i, &length) in self.lengths.iter().enumerate() {

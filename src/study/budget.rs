@@ -155,7 +155,8 @@ pub fn walk(
     for control_points in resolutions(scene, finest)? {
         let one = at(scene, &control_points);
         let watch = Stopwatch::start();
-        let points = super::run_one(&one, progress, &Checkpoint::none()).map(|study| points_of(&study, &control_points, watch.seconds()));
+        let points = super::run_one(&one, progress, &Checkpoint::none())
+            .map(|study| points_of(&study, &control_points, watch.seconds()));
         match points {
             Ok(points) => {
                 let done = enough(&points);

@@ -55,6 +55,9 @@ fn lines(corpus: &[(PathBuf, Vec<u8>)]) -> Vec<String> {
 fn changed(text: &str, all: &[String], stream: &mut Stream) -> String {
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     for _ in 0..1 + stream.below(4) {
+        if lines.is_empty() {
+            break;
+        }
         let at = stream.below(lines.len());
         match stream.below(6) {
             // the same key with the value of another scene
@@ -70,9 +73,6 @@ fn changed(text: &str, all: &[String], stream: &mut Stream) -> String {
             2 | 3 => replace_number(&mut lines[at], NUMBERS[stream.below(NUMBERS.len())], stream),
             4 => drop(lines.remove(at)),
             _ => lines.insert(at, all[stream.below(all.len())].clone()),
-        }
-        if lines.is_empty() {
-            break;
         }
     }
     lines.join("\n") + "\n"
@@ -102,6 +102,8 @@ fn replace_number(line: &mut String, number: &str, stream: &mut Stream) {
 
 /// Makes a scene short, or says that it cannot be.
 fn shortened(mut scene: Scene, folder: &Path) -> Option<Scene> {
+    // a budget runs a scene many times
+    scene.budget = None;
     let calibration = &mut scene.calibration;
     calibration.starts = Some(calibration.starts.unwrap_or(2).min(2));
     calibration.annealing.evaluations = calibration.annealing.evaluations.min(20);
