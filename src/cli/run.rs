@@ -62,25 +62,24 @@ fn study(arguments: &RunArguments, input: &Input, progress: &Progress) -> spring
     }
     let watched = || {
         let study = study::run_keeping(&input.scene, progress, &checkpoint)?;
-        put_out(arguments, input, study, Some(&folder))
+        put_out(arguments, input, study, Some((&folder, &checkpoint)))
     };
-    let outcome = watched().and_then(|()| checkpoint.remove());
-    outcome.inspect_err(|error| keep(&checkpoint, error, arguments.quiet))
+    watched().inspect_err(|error| keep(&checkpoint, error, arguments.quiet))
 }
 
-/// Writes the result where it is wanted.
+/// Writes the result where it is wanted; with it in the folder the checkpoint has done its work.
 fn put_out(
     arguments: &RunArguments,
     input: &Input,
     mut study: Study,
-    folder: Option<&Folder>,
+    folder: Option<(&Folder, &Checkpoint)>,
 ) -> springfit::error::Result<()> {
     if !arguments.quiet {
         terminal::warn(&study.warnings);
     }
     study.warnings.splice(0..0, input.warnings.iter().cloned());
     let document = Document::of(&study).to_json();
-    if let Some(folder) = folder {
+    if let Some((folder, checkpoint)) = folder {
         folder.publish(|staging| {
             let mut files = study.export(staging)?;
             if let Some(outcome) = &study.budget {
@@ -91,6 +90,7 @@ fn put_out(
             write::whole(&staging.join("result.json"), document.as_bytes())?;
             Ok(files)
         })?;
+        checkpoint.remove()?;
     }
     let text = if arguments.json { document } else { summary::run(&study) };
     terminal::print(text.trim_end()).map_err(|located| located.error)?;

@@ -18,16 +18,17 @@ use serde::Deserialize;
 
 use super::knots::KnotVector;
 use super::patch::Patch;
+use super::rows::{Chunks, Rows};
 use crate::error::{Error, Result};
 
 /// The file as it stands.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PatchFile {
-    degree: Vec<usize>,
-    knots: Vec<Vec<f64>>,
-    points: Vec<Vec<f64>>,
-    weights: Option<Vec<f64>>,
+    degree: Chunks<usize>,
+    knots: Rows,
+    points: Rows,
+    weights: Option<Chunks<f64>>,
 }
 
 /// Reads a patch.
@@ -68,13 +69,16 @@ fn build(file: PatchFile) -> Result<Patch> {
         let message = format!("{} knot vectors for {dimension} degrees", file.knots.len());
         return Err(Error::input("knots", message, "one knot vector and one degree for each of 2 or 3 directions"));
     }
-    let mut knots = Vec::with_capacity(dimension);
-    for (a, (&degree, values)) in file.degree.iter().zip(file.knots).enumerate() {
-        knots.push(KnotVector::new(degree, values).map_err(|error| in_direction(error, a))?);
+    if !(2..=3).contains(&dimension) {
+        return Err(Error::input("degree", format!("{dimension} degrees"), "one for each of 2 or 3 directions"));
     }
-    let weights = file.weights.unwrap_or_else(|| vec![1.0; file.points.len()]);
-    let points = file.points.iter().enumerate().map(|(i, point)| coordinates(i, point, dimension));
-    Patch::new(knots, points.collect::<Result<_>>()?, weights)
+    let degrees: Vec<usize> = file.degree.iter().copied().collect();
+    let knots = file
+        .knots
+        .map(|a, values| KnotVector::new(degrees[a], values.to_vec()).map_err(|error| in_direction(error, a)))?;
+    let points = file.points.map(|i, point| coordinates(i, point, dimension))?;
+    let weights = file.weights.map_or_else(|| vec![1.0; points.len()], |weights| weights.iter().copied().collect());
+    Patch::new(knots, points, weights)
 }
 
 /// A point of the file as three coordinates.

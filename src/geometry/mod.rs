@@ -13,5 +13,6 @@ pub mod mesh_files;
 pub mod meshes;
 pub mod patch;
 pub mod refine;
+pub mod rows;
 pub mod selection;
 pub mod shapes;

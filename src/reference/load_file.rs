@@ -15,15 +15,14 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::error::{Error, Result};
+use crate::geometry::rows::Rows;
 
 /// Largest file that is read, bytes.
 const LARGEST_FILE: u64 = 1 << 28;
 
-type Forces = Vec<Vec<f64>>;
-
 #[derive(Deserialize)]
 struct Cases {
-    cases: BTreeMap<String, Forces>,
+    cases: BTreeMap<String, Rows>,
 }
 
 #[derive(Deserialize)]
@@ -58,17 +57,25 @@ pub fn read(path: &Path, wanted: Wanted) -> Result<Vec<[f64; 3]>> {
         let message = format!("is not a regular file of at most {LARGEST_FILE} bytes");
         return Err(wrong(message, "give the path of a JSON file with forces"));
     }
-    let text = fs::read_to_string(path).map_err(cannot)?;
+    parse(&fs::read_to_string(path).map_err(cannot)?, path, wanted)
+}
+
+/// The forces in `text`; `path` is what errors name.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(text: &str, path: &Path, wanted: Wanted) -> Result<Vec<[f64; 3]>> {
+    let wrong = |message: String, help: &str| Error::File { path: path.into(), message, help: help.into() };
     let unreadable = |error: serde_json::Error| {
         wrong(format!("{error}"), "one force [x, y, z] in N for every control point; see `springfit schema`, load.file")
     };
     let forces = if text.trim_start().starts_with('[') {
-        serde_json::from_str::<Forces>(&text).map_err(unreadable)?
+        serde_json::from_str::<Rows>(text).map_err(unreadable)?
     } else if let Some(body) = wanted.body {
-        let bodies = serde_json::from_str::<Bodies>(&text).map_err(unreadable)?.bodies;
+        let bodies = serde_json::from_str::<Bodies>(text).map_err(unreadable)?.bodies;
         pick(pick(bodies, "body", Some(body))?.cases, "case", wanted.case)?
     } else {
-        let cases = serde_json::from_str::<Cases>(&text).map_err(unreadable)?.cases;
+        let cases = serde_json::from_str::<Cases>(text).map_err(unreadable)?.cases;
         pick(cases, "case", wanted.case)?
     };
     pad(&forces, wanted).map_err(|(message, help)| wrong(message, &help))
@@ -92,16 +99,18 @@ fn pick<T>(mut all: BTreeMap<String, T>, what: &str, name: Option<&str>) -> Resu
 }
 
 /// The forces with three components, if there are as many as the body asks for.
-fn pad(forces: &Forces, wanted: Wanted) -> std::result::Result<Vec<[f64; 3]>, (String, String)> {
+fn pad(forces: &Rows, wanted: Wanted) -> std::result::Result<Vec<[f64; 3]>, (String, String)> {
     if forces.len() != wanted.nodes {
         let help = "give one for every control point, in their order".to_owned();
         return Err((format!("{} forces for {} control points", forces.len(), wanted.nodes), help));
     }
-    if let Some(node) = forces.iter().position(|force| force.len() != wanted.dimension) {
-        let message = format!("the force of control point {node} has {} components", forces[node].len());
-        return Err((message, format!("give {}, one for each direction", wanted.dimension)));
-    }
-    Ok(forces.iter().map(|force| std::array::from_fn(|i| force.get(i).copied().unwrap_or(0.0))).collect())
+    forces.map(|node, force| {
+        if force.len() != wanted.dimension {
+            let message = format!("the force of control point {node} has {} components", force.len());
+            return Err((message, format!("give {}, one for each direction", wanted.dimension)));
+        }
+        Ok(std::array::from_fn(|i| force.get(i).copied().unwrap_or(0.0)))
+    })
 }
 
 #[cfg(test)]

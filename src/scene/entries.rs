@@ -1,9 +1,11 @@
-//! Every key of a TOML document with its place in the text, in one flat list.
+//! The keys of a TOML document with their places in the text.
 //!
-//! Three questions are answered from it: where is this key (an error of a later check), which key is here (an error of
-//! the deserialiser, which knows byte ranges only), and which numbers are not finite.
+//! Three questions are answered from them: where is this key (an error of a later check), which key is here (an error of
+//! the deserialiser, which knows byte ranges only), and which numbers are not finite. The document is walked for every
+//! question, and a path is written out for its answer only: the paths of all keys together can be as long as the square
+//! of the file.
 
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 
 use toml_edit::{Document, Item, TableLike, Value};
 
@@ -20,72 +22,113 @@ pub(super) struct Entry {
     pub float: Option<f64>,
 }
 
-/// All keys of a document, each table before what it holds.
-pub(super) fn entries(document: &Document<&str>) -> Vec<Entry> {
-    let mut entries = Vec::new();
-    walk_table(document.as_table(), "", &mut entries);
-    entries
-}
+/// What a walk calls at every key, each table before what it holds; it ends the walk with a break. The key of the entry is
+/// the path.
+type Visit<'a> = dyn FnMut(&Entry) -> ControlFlow<()> + 'a;
 
-fn walk_table(table: &dyn TableLike, path: &str, entries: &mut Vec<Entry>) {
-    for (name, item) in table.iter() {
-        let key = if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
-        let place = table.key(name).and_then(|key| key.span()).unwrap_or_default();
-        push(entries, &key, place.clone(), item.span().unwrap_or(place), item.as_float());
-        walk_item(item, &key, entries);
-    }
-}
-
-fn walk_item(item: &Item, path: &str, entries: &mut Vec<Entry>) {
-    match item {
-        Item::ArrayOfTables(tables) => {
-            for (i, table) in tables.iter().enumerate() {
-                let key = format!("{path}[{i}]");
-                let place = table.span().unwrap_or_default();
-                push(entries, &key, place.clone(), place, None);
-                walk_table(table, &key, entries);
-            }
+/// The first entry, in the order of the walk, of which the question is true.
+pub(super) fn first(document: &Document<&str>, mut question: impl FnMut(&Entry) -> bool) -> Option<Entry> {
+    let mut found = None;
+    walk(document, &mut |entry| {
+        if question(entry) {
+            found = Some(entry.clone());
+            return ControlFlow::Break(());
         }
-        Item::Table(table) => walk_table(table, path, entries),
-        Item::Value(value) => walk_value(value, path, entries),
-        Item::None => {}
-    }
-}
-
-fn walk_value(value: &Value, path: &str, entries: &mut Vec<Entry>) {
-    match value {
-        Value::Array(array) => {
-            for (i, element) in array.iter().enumerate() {
-                let key = format!("{path}[{i}]");
-                let place = element.span().unwrap_or_default();
-                push(entries, &key, place.clone(), place, element.as_float());
-                walk_value(element, &key, entries);
-            }
-        }
-        Value::InlineTable(table) => walk_table(table, path, entries),
-        _ => {}
-    }
-}
-
-fn push(entries: &mut Vec<Entry>, key: &str, name: Range<usize>, value: Range<usize>, float: Option<f64>) {
-    entries.push(Entry { key: key.to_owned(), value, name, float });
+        ControlFlow::Continue(())
+    });
+    found
 }
 
 /// The entry of this key, or else of the nearest key above it that is there.
-pub(super) fn nearest<'a>(entries: &'a [Entry], key: &str) -> Option<&'a Entry> {
-    let mut key = key;
-    loop {
-        if let Some(entry) = entries.iter().find(|entry| entry.key == key) {
-            return Some(entry);
+pub(super) fn nearest(document: &Document<&str>, key: &str) -> Option<Entry> {
+    let mut best: Option<Entry> = None;
+    walk(document, &mut |entry| {
+        let above = key.strip_prefix(&entry.key).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']));
+        if above && best.as_ref().is_none_or(|best| best.key.len() < entry.key.len()) {
+            best = Some(entry.clone());
         }
-        key = &key[..key.rfind(['.', '['])?];
-    }
+        ControlFlow::Continue(())
+    });
+    best
 }
 
 /// The innermost entry whose key or value covers this byte range.
-pub(super) fn at<'a>(entries: &'a [Entry], span: &Range<usize>) -> Option<&'a Entry> {
+pub(super) fn at(document: &Document<&str>, span: &Range<usize>) -> Option<Entry> {
     let covers = |range: &Range<usize>| range.start <= span.start && span.end <= range.end && !range.is_empty();
-    entries.iter().rev().find(|entry| covers(&entry.name) || covers(&entry.value))
+    let mut last = None;
+    walk(document, &mut |entry| {
+        if covers(&entry.name) || covers(&entry.value) {
+            last = Some(entry.clone());
+        }
+        ControlFlow::Continue(())
+    });
+    last
+}
+
+fn walk(document: &Document<&str>, visit: &mut Visit) {
+    let mut here = Entry { key: String::new(), value: 0..0, name: 0..0, float: None };
+    // a break has said all that there is to say
+    let _ = walk_table(document.as_table(), &mut here, visit);
+}
+
+fn walk_table(table: &dyn TableLike, here: &mut Entry, visit: &mut Visit) -> ControlFlow<()> {
+    let above = here.key.len();
+    for (name, item) in table.iter() {
+        if above > 0 {
+            here.key.push('.');
+        }
+        here.key.push_str(name);
+        let place = table.key(name).and_then(|key| key.span()).unwrap_or_default();
+        here.value = item.span().unwrap_or_else(|| place.clone());
+        (here.name, here.float) = (place, item.as_float());
+        visit(here)?;
+        walk_item(item, here, visit)?;
+        here.key.truncate(above);
+    }
+    ControlFlow::Continue(())
+}
+
+fn walk_item(item: &Item, here: &mut Entry, visit: &mut Visit) -> ControlFlow<()> {
+    match item {
+        Item::ArrayOfTables(tables) => {
+            for (i, table) in tables.iter().enumerate() {
+                let above = enter(here, i, table.span(), None);
+                visit(here)?;
+                walk_table(table, here, visit)?;
+                here.key.truncate(above);
+            }
+            ControlFlow::Continue(())
+        }
+        Item::Table(table) => walk_table(table, here, visit),
+        Item::Value(value) => walk_value(value, here, visit),
+        Item::None => ControlFlow::Continue(()),
+    }
+}
+
+fn walk_value(value: &Value, here: &mut Entry, visit: &mut Visit) -> ControlFlow<()> {
+    match value {
+        Value::Array(array) => {
+            for (i, element) in array.iter().enumerate() {
+                let above = enter(here, i, element.span(), element.as_float());
+                visit(here)?;
+                walk_value(element, here, visit)?;
+                here.key.truncate(above);
+            }
+            ControlFlow::Continue(())
+        }
+        Value::InlineTable(table) => walk_table(table, here, visit),
+        _ => ControlFlow::Continue(()),
+    }
+}
+
+/// Goes to element `i` of the array here; returns the length of the path above it.
+fn enter(here: &mut Entry, i: usize, place: Option<Range<usize>>, float: Option<f64>) -> usize {
+    let above = here.key.len();
+    here.key.push_str(&format!("[{i}]"));
+    here.value = place.unwrap_or_default();
+    here.name = here.value.clone();
+    here.float = float;
+    above
 }
 
 #[cfg(test)]
@@ -97,7 +140,11 @@ mod tests {
     #[test]
     fn keys_are_found_by_path_and_by_place() {
         let document = Document::parse(TEXT).unwrap();
-        let entries = entries(&document);
+        let mut entries = Vec::new();
+        walk(&document, &mut |entry| {
+            entries.push(entry.clone());
+            ControlFlow::Continue(())
+        });
         let keys: Vec<&str> = entries.iter().map(|entry| entry.key.as_str()).collect();
         let expected = [
             "name",
@@ -115,16 +162,17 @@ mod tests {
         ];
         assert_eq!(keys[..12], expected);
         for entry in &entries {
-            assert_eq!(nearest(&entries, &entry.key).map(|found| &found.name), Some(&entry.name));
+            assert_eq!(nearest(&document, &entry.key).map(|found| found.name), Some(entry.name.clone()));
         }
-        let text = |key: &str| nearest(&entries, key).map(|entry| &TEXT[entry.value.clone()]);
+        let text = |key: &str| nearest(&document, key).map(|entry| &TEXT[entry.value]);
         assert_eq!(text("l[1].f.g"), Some("2"));
         assert_eq!(text("l[1].nothing.here"), Some("[[l]]"));
         assert_eq!(text("a.b.c[7]"), Some("[1.5, { d = nan }]"));
         assert_eq!(text("nothing"), None);
+        assert_eq!(first(&document, |entry| entry.float.is_some_and(f64::is_nan)).unwrap().key, "a.b.c[1].d");
         let place = TEXT.find("nan").unwrap();
-        assert_eq!(at(&entries, &(place..place + 3)).unwrap().key, "a.b.c[1].d");
+        assert_eq!(at(&document, &(place..place + 3)).unwrap().key, "a.b.c[1].d");
         let place = TEXT.find("g = 2").unwrap();
-        assert_eq!(at(&entries, &(place..place + 1)).unwrap().key, "l[1].f.g");
+        assert_eq!(at(&document, &(place..place + 1)).unwrap().key, "l[1].f.g");
     }
 }

@@ -10,7 +10,7 @@ use toml_edit::Document;
 
 use crate::error::Error;
 
-use super::entries::{Entry, entries, nearest};
+use super::entries::{first, nearest};
 
 /// A scene as text, with the name of its file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,10 +41,9 @@ impl Source {
     /// errors stay without a line, and so do all in a text that is not TOML.
     pub fn locate(&self, error: Error) -> Located {
         let Ok(document) = Document::parse(self.text.as_str()) else { return error.into() };
-        let entries = entries(&document);
-        let Some(key) = key_of(&error, &self.text, &entries) else { return error.into() };
+        let Some(key) = key_of(&error, &self.text, &document) else { return error.into() };
         let missing = Some(format!("{key} is not here"));
-        match nearest(&entries, &key) {
+        match nearest(&document, &key) {
             Some(entry) if entry.key == key => self.place(error, entry.value.clone(), None),
             Some(entry) => self.place(error, entry.value.clone(), missing),
             None => self.place(error, 0..0, missing),
@@ -98,19 +97,19 @@ impl miette::Diagnostic for Located {
 }
 
 /// The scene key behind an error: its own, or the setting that made what failed.
-fn key_of(error: &Error, text: &str, entries: &[Entry]) -> Option<String> {
-    let given = |key: &str| entries.iter().find(|entry| entry.key == key);
+fn key_of(error: &Error, text: &str, document: &Document<&str>) -> Option<String> {
+    let given = |key: &str| first(document, |entry| entry.key == key);
     match error {
         Error::Input { key, .. } => Some(key.clone()),
         Error::File { path, .. } => {
             let entry = given("geometry.file")?;
             let name = text[entry.value.clone()].trim_matches(['"', '\'']);
-            path.ends_with(name).then(|| entry.key.clone())
+            path.ends_with(name).then_some(entry.key)
         }
         Error::FoldedElement { .. } => Some("geometry".into()),
         Error::Mechanism { what, .. } => {
             let topology = given("springs.topology").filter(|_| what.starts_with("spring"));
-            Some(topology.map_or("support", |entry| &entry.key).into())
+            Some(topology.map_or("support".into(), |entry| entry.key))
         }
         Error::UnstableStep { .. } | Error::NotConverged { .. } | Error::BlowUp { .. } => Some("dynamics.step".into()),
         _ => None,

@@ -46,7 +46,7 @@ pub use converged::Converged;
 pub use dynamics::{Dynamics, Initial, Linear, Masses, Model, Step};
 pub use load::{Bending, Load, PatchForce, Place, PointForce, RandomSmooth, Torsion, Traction};
 pub use located::{Located, Source};
-pub use parse::{Input, parse, read};
+pub use parse::{Input, LARGEST_FILE, parse, read};
 pub use reference::{Kinematics, Plane, Reference};
 pub use resolve::resolve;
 pub use solver::Solver;

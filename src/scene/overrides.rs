@@ -8,6 +8,9 @@ use toml_edit::{DocumentMut, Item, Table, Value};
 
 use crate::error::{Error, Result};
 
+/// No key of a scene lies deeper.
+const MOST_STEPS: usize = 16;
+
 /// Sets a key of the document.
 ///
 /// # Errors
@@ -23,7 +26,7 @@ pub(super) fn apply(document: &mut DocumentMut, set: &str) -> Result<()> {
     };
     let (key, value) = set.split_once('=').ok_or_else(|| wrong("there is no \"=\"".into()))?;
     let steps: Vec<&str> = key.trim().split(['.', '[']).map(|step| step.trim_end_matches(']').trim()).collect();
-    if steps.iter().any(|step| step.is_empty()) {
+    if steps.iter().any(|step| step.is_empty()) || steps.len() > MOST_STEPS {
         return Err(wrong(format!("\"{key}\" is not a key")));
     }
     let value = read_value(value.trim()).map_err(|reason| wrong(format!("the value is not TOML: {reason}")))?;

@@ -7,7 +7,7 @@ use toml_edit::{Document, DocumentMut};
 use crate::error::{Error, Result};
 
 use super::choices::suggest;
-use super::entries::{Entry, at, entries};
+use super::entries::{at, first};
 use super::{Located, Scene, Source, check, overrides};
 
 /// A scene that was read and checked.
@@ -22,7 +22,7 @@ pub struct Input {
 }
 
 /// Largest scene file that is read, bytes.
-const LARGEST_FILE: u64 = 16 << 20;
+pub const LARGEST_FILE: u64 = 128 << 10;
 
 /// Reads a scene file, applies `--set KEY=VALUE`, parses and checks it.
 ///
@@ -56,7 +56,10 @@ fn read_text(path: &Path) -> Result<String> {
     }
     let size = metadata.len();
     if size > LARGEST_FILE {
-        return Err(wrong(format!("{size} bytes are too many for a scene"), "a scene is at most 16 MiB of TOML"));
+        return Err(wrong(
+            format!("{size} bytes are too many for a scene"),
+            "a scene is at most 128 KiB of TOML; forces, bodies and sets of nodes go into files of their own",
+        ));
     }
     let bytes = std::fs::read(path).map_err(cannot)?;
     let text = String::from_utf8(bytes).map_err(|error| {
@@ -82,13 +85,12 @@ fn edit(source: &Source, sets: &[String]) -> std::result::Result<String, Located
 /// With its line: text that is not TOML, an unknown or missing key, a wrong type, a number that is not finite.
 pub fn parse(source: &Source) -> std::result::Result<Scene, Located> {
     let document = Document::parse(source.text.as_str()).map_err(|error| syntax(source, &error))?;
-    let entries = entries(&document);
-    if let Some(entry) = entries.iter().find(|entry| entry.float.is_some_and(|value| !value.is_finite())) {
+    if let Some(entry) = first(&document, |entry| entry.float.is_some_and(|value| !value.is_finite())) {
         let text = &source.text[entry.value.clone()];
         let error = Error::input(&entry.key, format!("{text} is not a finite number"), "give a finite number");
         return Err(source.place(error, entry.value.clone(), None));
     }
-    toml::from_str(&source.text).map_err(|error| explain(source, &entries, &error))
+    toml::from_str(&source.text).map_err(|error| explain(source, &document, &error))
 }
 
 fn syntax(source: &Source, error: &toml_edit::TomlError) -> Located {
@@ -107,10 +109,11 @@ fn syntax(source: &Source, error: &toml_edit::TomlError) -> Located {
 }
 
 /// Turns an error of the deserialiser into one of ours: key, value, what is allowed.
-fn explain(source: &Source, entries: &[Entry], error: &toml::de::Error) -> Located {
+fn explain(source: &Source, document: &Document<&str>, error: &toml::de::Error) -> Located {
     let span = error.span().unwrap_or_default();
     let message = error.message();
-    let here = at(entries, &span).map_or("", |entry| entry.key.as_str());
+    let here = at(document, &span).map_or(String::new(), |entry| entry.key);
+    let here = here.as_str();
     let quoted = quoted(message);
     if let Some(rest) = message.strip_prefix("missing field ") {
         let name = rest.trim_matches('`');

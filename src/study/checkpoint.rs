@@ -114,10 +114,18 @@ impl Checkpoint {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Self::begin(folder, scene)),
             Err(error) => return Err(refusal(&path, format!("cannot be read: {error}"))),
         };
+        Self::from_bytes(&path, &bytes, scene)
+    }
+
+    /// The checkpoint in the bytes of a file.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::resume`].
+    pub fn from_bytes(path: &Path, bytes: &[u8], scene: &Scene) -> Result<Self> {
         let ours = Content::of(scene);
-        let theirs = parse(&bytes).map_err(|message| refusal(&path, message))?;
-        ours.agrees_with(&theirs).map_err(|message| refusal(&path, message))?;
-        Ok(Self::with(Some(path), ours, theirs.sweeps))
+        let theirs = parse(bytes).map_err(|message| refusal(path, message))?;
+        ours.agrees_with(&theirs).map_err(|message| refusal(path, message))?;
+        Ok(Self::with(Some(path.to_owned()), ours, theirs.sweeps))
     }
 
     fn with(path: Option<PathBuf>, content: Content, earlier: Vec<Sweep>) -> Self {

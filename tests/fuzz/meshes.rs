@@ -1,61 +1,12 @@
-//! Mesh readers on damaged files: no panic, no cell that cannot be computed on, memory of at most 64 MB and ten times the file.
-//!
-//! Valid files are changed at random: bytes, numbers and words are replaced, pieces are cut out, doubled and moved. Seed and number of cases
-//! are fixed; `SPRINGFIT_FUZZ_CASES=1000000 cargo test --release --test mesh_files_fuzz -- --nocapture` runs more and prints how many were read,
-//! the greatest memory and the longest time.
+//! Mesh readers: no cell that cannot be computed on.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::fs;
 use std::path::Path;
-use std::time::{Duration, Instant};
 
-use proptest::collection::vec;
-use proptest::prelude::any;
-use proptest::test_runner::{Config, RngSeed, TestRunner};
-use springfit::error::Result;
 use springfit::geometry::mesh_files::{MeshFile, parse, parse_tetgen};
 
-const SEED: u64 = 20_241;
-const CASES: u32 = 3_000;
-
-/// The system's allocator, which counts the bytes that the thread holds.
-struct Counting;
-
-thread_local! {
-    /// Bytes held now, and the most since the count began.
-    static HELD: Cell<(usize, usize)> = const { Cell::new((0, 0)) };
-}
-
-fn count(change: impl Fn(usize) -> usize) {
-    HELD.with(|held| {
-        let now = change(held.get().0);
-        held.set((now, held.get().1.max(now)));
-    });
-}
-
-// SAFETY: every call goes to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count(|held| held + layout.size());
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        count(|held| held.saturating_sub(layout.size()));
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-/// What a reader returned, and the most memory it held.
-fn measured(read: impl Fn() -> Result<MeshFile>) -> (Result<MeshFile>, usize) {
-    HELD.with(|held| held.set((0, 0)));
-    let result = read();
-    (result, HELD.with(|held| held.get().1))
-}
+use super::memory::measured;
+use super::{Verdict, fuzz};
 
 /// Words that readers take for counts, places and kinds.
 const WORDS: &[&str] = &[
@@ -122,60 +73,6 @@ const WORDS: &[&str] = &[
     "double",
 ];
 
-type Change = (u8, u32, u32, u32);
-
-/// The start and the end of word `which`.
-fn word(bytes: &[u8], which: u32) -> (usize, usize) {
-    let start = which as usize % (bytes.len() + 1);
-    let start = (start..bytes.len()).find(|&at| !bytes[at].is_ascii_whitespace()).unwrap_or(bytes.len());
-    let begin = (0..start).rev().find(|&at| bytes[at].is_ascii_whitespace()).map_or(0, |at| at + 1);
-    let end = (start..bytes.len()).find(|&at| bytes[at].is_ascii_whitespace()).unwrap_or(bytes.len());
-    (begin, end)
-}
-
-fn damage(bytes: &mut Vec<u8>, (kind, a, b, c): Change) {
-    let place = |x: u32| x as usize % (bytes.len() + 1);
-    let text = WORDS[c as usize % WORDS.len()].as_bytes();
-    match kind % 9 {
-        0 if !bytes.is_empty() => {
-            let at = a as usize % bytes.len();
-            bytes[at] = c as u8;
-        }
-        1 => bytes.truncate(place(a)),
-        2 => {
-            let (start, end) = (place(a), place(a) + (b as usize % 40));
-            bytes.drain(start..end.min(bytes.len()));
-        }
-        3 => {
-            let (start, end) = (place(a), (place(a) + b as usize % 200).min(bytes.len()));
-            let piece = bytes[start..end].to_vec();
-            let at = place(c);
-            bytes.splice(at..at, piece);
-        }
-        4 | 5 => {
-            let (start, end) = word(bytes, a);
-            bytes.splice(start..end, text.iter().copied());
-        }
-        6 => {
-            let (from, to) = (word(bytes, a), word(bytes, b));
-            let other = bytes[from.0..from.1].to_vec();
-            bytes.splice(to.0..to.1, other);
-        }
-        7 => {
-            let at = place(a);
-            bytes.splice(at..at, text.iter().copied());
-        }
-        _ => {
-            let at = place(a);
-            let extreme = [0, 1, u64::MAX, 1 << 31, 1 << 62, u64::from(c), 1_000_000_000, 0x7FF0_0000_0000_0000];
-            let width = if c % 2 == 0 { 4 } else { 8 };
-            let value = extreme[b as usize % extreme.len()].to_le_bytes();
-            let end = (at + width).min(bytes.len());
-            bytes[at..end].copy_from_slice(&value[..end - at]);
-        }
-    }
-}
-
 /// Every cell of a mesh that was read can be computed on.
 fn assert_sound(file: &MeshFile) {
     let mesh = &file.mesh;
@@ -191,36 +88,9 @@ fn assert_sound(file: &MeshFile) {
     );
 }
 
-/// Damages the files, `parts` of them making one mesh, and reads them.
-fn fuzz(what: &str, corpus: &[Vec<Vec<u8>>], read: impl Fn(&[Vec<u8>]) -> Result<MeshFile>) {
-    let cases = std::env::var("SPRINGFIT_FUZZ_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(CASES);
-    let config = Config { cases, rng_seed: RngSeed::Fixed(SEED), failure_persistence: None, ..Config::default() };
-    let change = (any::<u8>(), any::<u32>(), any::<u32>(), any::<u32>());
-    let figures = Cell::new((0_u32, 0_usize, Duration::ZERO));
-    TestRunner::new(config)
-        .run(&(0..corpus.len(), vec(change, 1..4)), |(which, changes)| {
-            let mut files = corpus[which].clone();
-            for change in changes {
-                let parts = files.len() as u32;
-                damage(&mut files[(change.1 % parts) as usize], (change.0, change.1 / parts, change.2, change.3));
-            }
-            let start = Instant::now();
-            let (result, memory) = measured(|| read(&files));
-            let time = start.elapsed();
-            let bound = (64 << 20) + 10 * files.iter().map(Vec::len).sum::<usize>();
-            assert!(memory <= bound, "{memory} bytes");
-            let (good, most, longest) = figures.get();
-            figures.set((good + u32::from(result.is_ok()), most.max(memory), longest.max(time)));
-            match result {
-                Ok(file) => assert_sound(&file),
-                Err(error) => assert!(error.help().is_some() && error.exit_status() == 2, "{error}"),
-            }
-            Ok(())
-        })
-        .unwrap();
-    let (good, most, longest) = figures.get();
-    println!("{what}: {cases} cases of seed {SEED}, {good} read, at most {most} bytes, at most {longest:?}");
-    assert!(good > 0, "some damage is harmless");
+/// A mesh that was read is sound; an error says what to do.
+fn verdict(result: &springfit::error::Result<MeshFile>) -> Verdict {
+    result.as_ref().map(assert_sound).map_err(Clone::clone)
 }
 
 fn fixtures(extension: &str) -> Vec<Vec<Vec<u8>>> {
@@ -234,12 +104,12 @@ fn fixtures(extension: &str) -> Vec<Vec<Vec<u8>>> {
 
 #[test]
 fn gmsh_files_damaged_at_random() {
-    fuzz("gmsh", &fixtures("msh"), |files| parse(Path::new("body.msh"), &files[0]));
+    fuzz("gmsh", WORDS, &fixtures("msh"), |files| parse(Path::new("body.msh"), &files[0]), verdict);
 }
 
 #[test]
 fn vtk_files_damaged_at_random() {
-    fuzz("vtk", &fixtures("vtk"), |files| parse(Path::new("body.vtk"), &files[0]));
+    fuzz("vtk", WORDS, &fixtures("vtk"), |files| parse(Path::new("body.vtk"), &files[0]), verdict);
 }
 
 #[test]
@@ -251,7 +121,8 @@ fn tetgen_files_damaged_at_random() {
     let (mut nodes, mut cells) = (fixtures("node"), fixtures("ele"));
     let space = vec![nodes.remove(0).remove(0), cells.remove(0).remove(0)];
     let corpus = [space, flat.map(|text| text.as_bytes().to_vec()).to_vec()];
-    fuzz("tetgen", &corpus, |files| parse_tetgen(Path::new("b.node"), &files[0], Path::new("b.ele"), &files[1]));
+    let read = |files: &[Vec<u8>]| parse_tetgen(Path::new("b.node"), &files[0], Path::new("b.ele"), &files[1]);
+    fuzz("tetgen", WORDS, &corpus, read, verdict);
 }
 
 /// Files that claim a thousand million nodes or cells, as text and binary, cost no more than small files.
