@@ -490,7 +490,7 @@ const WRONG_INPUT: &[Expectation] = &[
 
 /// The numbers do not allow it: exit status 3.
 const WRONG_NUMBERS: &[Expectation] = &[
-    ("loose_fit", 0, ["the network that the objective acceleration gives is a mechanism: node", "along"]),
+    ("loose_fit", 0, ["the fitted network is a mechanism with", "can move along"]),
     ("cell_folded", 2, ["element [0] is folded", "or the nodes of the mesh"]),
     ("dynamics_unstable", 16, ["the step of 1e0 s is unstable with leapfrog", "no damping makes this step stable"]),
     (

@@ -8,6 +8,7 @@ pub mod grid;
 pub mod grid_mesh;
 pub mod knots;
 pub mod measure;
+pub mod loose;
 pub mod mesh;
 pub mod mesh_files;
 pub mod meshes;

@@ -133,9 +133,12 @@ fn check_material(scene: &Scene) -> Result<()> {
 
 fn check_support(scene: &Scene) -> Result<()> {
     let support = &scene.support;
-    if support.faces.is_empty() && support.nodes.is_empty() && support.sets.is_empty() && support.r#box.is_none() {
-        let help = "add support.faces such as [\"z-\"], support.nodes or support.box: a free body has no answer";
-        return Err(Error::input("support", "nothing is held", help));
+    let named = !support.faces.is_empty() || !support.nodes.is_empty() || !support.sets.is_empty();
+    if !named && support.r#box.is_none() && !support.fix_rigid {
+        let help = "add support.faces such as [\"z-\"], support.nodes or support.box, or let support.fix_rigid = true \
+                    hold as little as it takes";
+        let message = "nothing is held: the body can slide and turn freely, 3 zero modes in 2D and 6 in 3D";
+        return Err(Error::input("support", message, help));
     }
     if support.components.as_ref().is_some_and(Vec::is_empty) {
         let help = "leave it out to hold all components, or name some of x, y, z";

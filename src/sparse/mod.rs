@@ -16,12 +16,15 @@
 //! | [`fast_diagonalisation`] | the inverse of a sum of Kronecker products, a preconditioner on boxes of splines |
 //! | `multifrontal` | the numbers of a factor, front by front, branches of its tree side by side |
 //! | [`backward_error`] | how well a solution satisfies its equations |
+//! | [`condition`] | how much a solve amplifies errors, estimated from a few solves |
+//! | [`zero_modes`] | how many ways there are to move without resistance, and which |
 
 pub mod assemble;
 pub mod backward_error;
 pub mod block_jacobi;
 pub mod cg;
 pub mod cholesky;
+pub mod condition;
 pub mod fast_diagonalisation;
 mod multifrontal;
 pub mod multigrid;
@@ -31,3 +34,4 @@ pub mod product;
 pub mod single;
 mod sweep;
 pub mod vectors;
+pub mod zero_modes;

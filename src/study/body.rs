@@ -53,11 +53,13 @@ pub fn build(scene: &Scene) -> Result<Body> {
         _ => Plane::Stress,
     };
     let lame = material.lame(dimension, plane)?;
-    let dofs = dofs(&resolved, &continuum)?;
-    supports::check(continuum.positions(), &dofs)?;
-    if let Continuum::Elements { mesh, .. } = &continuum {
-        supports::check_pieces(mesh, &dofs)?;
+    let mut dofs = dofs(&resolved, &continuum)?;
+    if resolved.support.fix_rigid {
+        let chosen = supports::hold_loose(continuum.positions(), continuum.mesh(), &dofs);
+        dofs = dofs.holding(&chosen);
+        warnings.extend(held_by_us(&chosen));
     }
+    supports::check(continuum.positions(), continuum.mesh(), &dofs)?;
     let thickness = resolved.reference.thickness.unwrap_or(1.0);
     let extra_points = resolved.reference.extra_gauss_points;
     warnings.extend(material.locking_warning(dimension, plane));
@@ -68,6 +70,17 @@ pub fn build(scene: &Scene) -> Result<Body> {
         body.warnings.extend(remarks);
     }
     Ok(body)
+}
+
+/// A word about the components that `support.fix_rigid` holds.
+fn held_by_us(chosen: &[(usize, usize)]) -> Option<String> {
+    let names: Vec<String> = chosen.iter().map(|&(node, i)| format!("{} of node {node}", ["x", "y", "z"][i])).collect();
+    (!chosen.is_empty()).then(|| {
+        format!(
+            "support.fix_rigid holds {}: these take whatever of a load is not in balance with itself",
+            names.join(", ")
+        )
+    })
 }
 
 /// Ties and supports of the nodes.
@@ -87,7 +100,7 @@ fn dofs(scene: &Scene, continuum: &Continuum) -> Result<DofMap> {
     if let Some(region) = &scene.support.r#box {
         held.extend(box_nodes(region, points));
     }
-    if held.is_empty() {
+    if held.is_empty() && !scene.support.fix_rigid {
         let help = "name a face (x-, x+, y-, ...), a node, a set, or a box that contains some";
         return Err(Error::input("support", "holds no node", help));
     }

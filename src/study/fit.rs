@@ -241,22 +241,8 @@ impl Given<'_> {
         let expected = problems.iter().map(|problem| (optimiser.expected_evaluations)(&settings, problem.upper.len()));
         progress.enter("calibration", expected.sum());
         let solver = network::settings(self.scene);
-        let shared = Shared { forces: &forces, reference: &targets, weights: &weights, solver: &solver };
+        let shared = Shared { forces: &forces, reference: &targets, weights: &weights, solver: &solver, dofs: &self.body.dofs };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
-            .map_err(|error| self.loose(error))
-    }
-
-    /// A network that lost its stiffness in a fit that never solved it: the node that is loose.
-    fn loose(&self, error: Error) -> Error {
-        let objective = &self.scene.calibration.objective;
-        match error {
-            Error::NotPositiveDefinite { dof } if objective != "displacement" => {
-                let (node, component) = self.body.dofs.owner(dof);
-                let what = format!("network that the objective {objective} gives");
-                Error::Mechanism { what, node, direction: ['x', 'y', 'z'][component] }
-            }
-            other => other,
-        }
     }
 
     /// Errors of the fitted cases for their displacements (cases x n).

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::scene::Scene;
-use crate::sparse::cholesky::{Factor, Symbolic};
-use crate::springs::affine::{self, AffineStiffness};
-use crate::springs::grouping;
+use crate::sparse::cholesky::Symbolic;
+use crate::springs::affine;
+use crate::springs::{grouping, mechanism};
 use crate::springs::network::Network;
 use crate::springs::solver::{self, Choice, GridSprings, Path};
 use crate::springs::topology::{self, Topology};
@@ -14,9 +14,6 @@ use crate::springs::{bounds, weighting};
 
 use super::body::Body;
 use super::continuum::Continuum;
-
-/// A pivot below this fraction of its diagonal entry is zero up to rounding.
-const LOOSE: f64 = 1e-13;
 
 /// Free degrees of freedom in space from which multigrid is tried.
 const MULTIGRID_FROM: usize = 20_000;
@@ -148,32 +145,9 @@ impl Lattice {
         if let Some(instead) = instead {
             self.choice.reason += &format!("; not multigrid: {instead}");
         }
-        self.check_stiff(body, &symbolic)?;
+        let all = vec![true; self.network.springs.len()];
+        mechanism::check("spring network", &self.network, &all, &body.dofs, &symbolic)?;
         self.symbolic = Some(symbolic);
         Ok(self)
-    }
-
-    /// Factors the network with k = 1 for every spring: a pivot that vanishes names a loose node.
-    fn check_stiff(&self, body: &Body, symbolic: &Arc<Symbolic>) -> Result<()> {
-        let kinds = (grouping::find("kind").expect("the table has it").group)(&self.network, 0.0)?;
-        let ones = vec![1.0; self.network.springs.len()];
-        let stiffness = AffineStiffness::new(&self.network, &kinds, &ones, &body.dofs, symbolic);
-        let mut factor = Factor::new(Arc::clone(symbolic));
-        stiffness.assemble_into(&vec![1.0; kinds.groups.len()], factor.values_mut());
-        let loose = match factor.refactor() {
-            Err(Error::NotPositiveDefinite { dof }) => Some(dof),
-            Err(other) => return Err(other),
-            Ok(()) => {
-                let (dof, ratio) = factor.weakest_pivot();
-                (ratio.is_nan() || ratio < LOOSE).then_some(dof)
-            }
-        };
-        match loose {
-            None => Ok(()),
-            Some(dof) => {
-                let (node, component) = body.dofs.owner(dof);
-                Err(Error::Mechanism { what: "spring network".into(), node, direction: ['x', 'y', 'z'][component] })
-            }
-        }
     }
 }
