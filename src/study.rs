@@ -2,8 +2,9 @@
 //!
 //! 1. the body: a patch or a mesh ([`continuum`]), held and tied nodes ([`body`]);
 //! 2. the forces of every load case ([`loads`]);
-//! 3. the continuum reference: K_ref u_ref = f;
-//! 4. the springs on the same nodes, and one analysis of their pattern ([`network`]);
+//! 3. the springs on the same nodes, and one analysis of their pattern ([`network`]); what the run will take against what it
+//!    may ([`limits`]);
+//! 4. the continuum reference: K_ref u_ref = f;
 //! 5. groups and bounds for every gamma, the fit of each (Algorithm 5.1), and the errors under fitted and held-out loads
 //!    ([`fit`], and [`linear_fit`] for the objectives other than the displacement);
 //! 6. masses, damping, safe steps and motions if the scene asks for them ([`mod@motion`]).
@@ -13,6 +14,7 @@
 pub mod body;
 pub mod continuum;
 pub mod fit;
+pub mod limits;
 pub mod linear_fit;
 pub mod loads;
 pub mod motion;
@@ -99,22 +101,24 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
 
     let watch = Stopwatch::start();
     progress.enter("body and loads", 0);
+    limits::before_the_body(scene)?;
     let body = body::build(scene)?;
     let scene = body.resolved.clone();
     let mut loads = loads::build(&scene, &body)?;
     timed("geometry", watch);
 
     let watch = Stopwatch::start();
+    progress.enter("springs", 0);
+    let mut lattice = network::build(&scene, &body)?;
+    plan::admit(&scene, &body, &loads, &lattice)?;
+    progress.check()?;
+    timed("springs", watch);
+
+    let watch = Stopwatch::start();
     progress.enter("reference", 0);
     let mut reference = solve_reference(&body, &loads, progress)?;
     loads::scale(&scene, &mut loads, &mut reference);
     timed("reference", watch);
-
-    let watch = Stopwatch::start();
-    progress.enter("springs", 0);
-    let mut lattice = network::build(&scene, &body)?;
-    progress.check()?;
-    timed("springs", watch);
 
     let watch = Stopwatch::start();
     let fit_on = |lattice: &Lattice| {
@@ -140,7 +144,11 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
     let mut warnings = body.warnings.clone();
     warnings.extend(lattice.warnings.iter().cloned());
     warnings.extend(linear_fit::warning(&scene, &body));
+    warnings.extend(loads::warnings(&scene, &loads));
+    warnings.extend(reference.accuracy.and_then(|accuracy| accuracy.warning("reference")));
+    warnings.extend(calibration.accuracy.warning("springs"));
     warnings.extend(calibration.warning());
+    warnings.extend(dynamics.iter().flat_map(|dynamics| dynamics.warnings.iter().cloned()));
     Ok(Study { scene, body, loads, reference, lattice, calibration, dynamics, warnings, seconds })
 }
 

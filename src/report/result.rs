@@ -25,6 +25,7 @@ pub struct Document<'a> {
     threads: usize,
     scene: &'a Scene,
     sizes: Sizes,
+    loads: Vec<LoadCase<'a>>,
     reference: Reference,
     calibration: Calibration<'a>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -46,7 +47,31 @@ struct Reference {
     stiffness_frobenius: f64,
     measure: f64,
     backward_error: f64,
+    /// Estimates, on the direct path: kappa_1 of K, and a bound of the relative error of the displacements.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    condition: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    forward_error: Option<f64>,
     seconds: f64,
+}
+
+/// A load case: its force on the free nodes, what the supports take at once, and all they hold, N.
+#[derive(Debug, Serialize)]
+struct LoadCase<'a> {
+    name: &'a str,
+    fit: bool,
+    force: [f64; 3],
+    held_force: [f64; 3],
+    reaction: [f64; 3],
+}
+
+/// How sure the displacements of the calibrated network are: componentwise backward error, kappa_1 of K(phi), and a bound
+/// of the relative error of the displacements, the last two estimated.
+#[derive(Debug, Serialize)]
+struct Accuracy {
+    backward_error: f64,
+    condition: f64,
+    forward_error: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -71,6 +96,7 @@ struct Calibration<'a> {
     sweep: Vec<Row<'a>>,
     counts: Counts,
     solver: Solver<'a>,
+    accuracy: Accuracy,
     trace: Vec<(f64, u64, f64)>,
 }
 
@@ -152,6 +178,7 @@ impl<'a> Document<'a> {
             threads: rayon::current_num_threads(),
             scene: &study.scene,
             sizes: Sizes::of(&study.body, &study.lattice, found.grouping.groups.len()),
+            loads: loads(study),
             reference: reference(study),
             calibration: calibration(study),
             dynamics: dynamics(study),
@@ -170,6 +197,17 @@ impl<'a> Document<'a> {
     }
 }
 
+fn loads(study: &Study) -> Vec<LoadCase<'_>> {
+    let loads = study.loads.iter().map(|case| LoadCase {
+        name: &case.name,
+        fit: case.fit,
+        force: case.load.total,
+        held_force: case.load.held,
+        reaction: case.load.reaction(),
+    });
+    loads.collect()
+}
+
 fn reference(study: &Study) -> Reference {
     let case = &study.reference.cases[0];
     let (path, iterations) = match &study.reference.path {
@@ -186,6 +224,8 @@ fn reference(study: &Study) -> Reference {
         stiffness_frobenius: study.reference.stiffness_frobenius(),
         measure: study.reference.measure,
         backward_error: study.reference.backward_error,
+        condition: study.reference.accuracy.map(|accuracy| accuracy.condition),
+        forward_error: study.reference.accuracy.map(|accuracy| accuracy.forward_error),
         seconds: study.reference.seconds,
     }
 }
@@ -228,6 +268,11 @@ fn calibration(study: &Study) -> Calibration<'_> {
             rejected: found.counts.rejected,
         },
         solver: solver(study, best),
+        accuracy: Accuracy {
+            backward_error: found.accuracy.backward_error,
+            condition: found.accuracy.condition,
+            forward_error: found.accuracy.forward_error,
+        },
         trace: best.outcome.trace.iter().map(|p| (p.seconds, p.refactorisations, p.error)).collect(),
     }
 }

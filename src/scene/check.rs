@@ -17,6 +17,7 @@ use reference::{check_reference, named_method};
 use super::check_load;
 use super::choices::{FACES, known, names};
 use super::dynamics;
+use super::limits;
 use super::{BoxRegion, Gamma, GammaSweep, Geometry, Plane, Scene, Solver};
 
 /// Most control points of a grid.
@@ -38,6 +39,7 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     known("springs.grouping", &scene.springs.grouping, &names("springs.grouping"))?;
     calibration::check(&scene.calibration)?;
     check_solver(&scene.solver)?;
+    limits::check(&scene.limits)?;
     if let Some(dynamics) = &scene.dynamics {
         dynamics::check(scene, dynamics)?;
     }

@@ -1,7 +1,7 @@
 //! A scene: the TOML text of a user as checked values.
 //!
 //! One settings struct a room below: what `[geometry]`, `[material]`, `[support]`, `[[load]]`, `[reference]`,
-//! `[springs]`, `[calibration]`, `[solver]` and `[dynamics]` may say. SI units throughout. The way of a scene:
+//! `[springs]`, `[calibration]`, `[solver]`, `[limits]` and `[dynamics]` may say. SI units throughout. The way of a scene:
 //!
 //! ```text
 //! text --set--> text --toml--> Scene --check--> Scene + warnings --resolve--> Scene with every default written out
@@ -20,6 +20,7 @@ mod check_load;
 mod choices;
 mod dynamics;
 mod entries;
+mod limits;
 mod load;
 mod located;
 mod overrides;
@@ -39,6 +40,7 @@ pub use calibration::{Annealing, Calibration, Gamma, GammaSweep, GaussNewton};
 pub use check::{check, check_body, check_method};
 pub use choices::{Choice, KINDS, Kind};
 pub use dynamics::{Dynamics, Initial, Masses, Model, Step};
+pub use limits::{Limits, Memory};
 pub use load::{Bending, Load, PatchForce, Place, PointForce, RandomSmooth, Torsion, Traction};
 pub use located::{Located, Source};
 pub use parse::{Input, parse, read};
@@ -79,9 +81,16 @@ pub struct Scene {
     /// How the springs are solved.
     #[serde(default)]
     pub solver: Solver,
+    /// What a run may take.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub limits: Limits,
     /// Masses, damping and motion; absent: none of them is computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dynamics: Option<Dynamics>,
+}
+
+fn is_default(limits: &Limits) -> bool {
+    *limits == Limits::default()
 }
 
 impl Scene {

@@ -11,7 +11,9 @@ use crate::geometry::shapes::{self, Shape};
 use crate::reference::methods::METHODS;
 
 use super::choices::{known, names};
-use super::{Calibration, Geometry, Load, Material, Reference, Scene, Solver, Springs, Support, resolve, schema};
+use super::{
+    Calibration, Geometry, Limits, Load, Material, Reference, Scene, Solver, Springs, Support, resolve, schema,
+};
 
 /// The commented scene of a shape, as text.
 ///
@@ -46,6 +48,7 @@ fn example(shape: &Shape) -> Scene {
         springs: Springs::default(),
         calibration: Calibration::default(),
         solver: Solver::default(),
+        limits: Limits::default(),
         dynamics: None,
     }
 }

@@ -217,12 +217,12 @@ mod tests {
                 let found = zero_modes(&symbolic, &values);
                 assert_eq!(found.count, count, "{lengths:?} {held}");
                 assert_eq!(found.vectors.len(), count.min(MOST_VECTORS));
-                // each moves the nodes of a chain alike, so neighbours differ by rounding
+                // each moves the nodes of a chain alike, but for the shift over the lowest eigenvalue (1e-13 / 6e-5), and 400 nodes
                 for mode in &found.vectors {
                     let mut first = 0;
                     for &length in lengths {
                         let chain = &mode[first..first + length];
-                        assert!(chain.iter().all(|u| (u - chain[0]).abs() < 1e-9), "{lengths:?} {mode:?}");
+                        assert!(chain.iter().all(|u| (u - chain[0]).abs() < 1e-5), "{lengths:?} {mode:?}");
                         first += length;
                     }
                 }

@@ -15,6 +15,7 @@ use crate::clock::Progress;
 use crate::error::{Error, Result};
 use crate::reference::Reference;
 use crate::scene::Scene;
+use crate::sparse::condition::Accuracy;
 use crate::springs::affine::AffineStiffness;
 use crate::springs::grouping::{self, Grouping};
 use crate::springs::solver::{GridSprings, SpringOperator, SpringSolver};
@@ -44,6 +45,8 @@ pub struct Calibration {
     pub stiffness: Vec<f64>,
     /// Displacements of the network, one vector over the free dofs for each load case, m.
     pub displacements: Vec<Vec<f64>>,
+    /// How sure they are, the worst of all.
+    pub accuracy: Accuracy,
     /// Errors of each load case, percent.
     pub errors: Vec<Errors>,
     /// Errors over the fitted cases, percent.
@@ -241,7 +244,8 @@ impl Given<'_> {
         let expected = problems.iter().map(|problem| (optimiser.expected_evaluations)(&settings, problem.upper.len()));
         progress.enter("calibration", expected.sum());
         let solver = network::settings(self.scene);
-        let shared = Shared { forces: &forces, reference: &targets, weights: &weights, solver: &solver, dofs: &self.body.dofs };
+        let shared =
+            Shared { forces: &forces, reference: &targets, weights: &weights, solver: &solver, dofs: &self.body.dofs };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
     }
 
@@ -268,6 +272,7 @@ impl Given<'_> {
         let mut displacement = vec![0.0; forces.len()];
         solver.set(&phi)?;
         solver.solve(&forces, &mut displacement, settings.tolerance)?;
+        let accuracy = solver.accuracy(&problem.operator.members(), &phi, &forces, &displacement)?;
         let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
         let pairs = self.reference.cases.iter().zip(&displacements);
         let errors = pairs.map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();
@@ -290,6 +295,7 @@ impl Given<'_> {
             grouping,
             phi,
             displacements,
+            accuracy,
             errors,
             counts,
         })

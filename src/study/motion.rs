@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use crate::calibration::errors::global_strain;
 use crate::clock::{Progress, Stopwatch};
+use crate::dynamics::collapse;
 use crate::dynamics::external::{External, History, Part, weight};
 use crate::dynamics::integrator::{self, Integrator};
 use crate::dynamics::linear::{Damping, LinearModel};
@@ -44,6 +45,8 @@ pub struct Dynamics {
     pub damping_range: Vec<[f64; 2]>,
     /// One motion for every alpha; none when the scene moves nothing.
     pub motions: Vec<Moved>,
+    /// What happened in them that the user should know.
+    pub warnings: Vec<String>,
 }
 
 /// A body that was moved.
@@ -95,7 +98,8 @@ pub fn run(given: Given, found: &Calibration, progress: &Progress) -> Result<Opt
     let (limits, damping_range) = mover.limits(reference.as_ref(), progress)?;
     let motions = if settings.moves() { mover.move_all(reference.as_ref(), &limits, progress)? } else { vec![] };
     let damping = limits[0].alpha.map(|alpha| mover.damping(alpha));
-    Ok(Some(Dynamics { masses: mover.masses, damping, limits, damping_range, motions }))
+    let warnings = mover.collapses(&motions);
+    Ok(Some(Dynamics { masses: mover.masses, damping, limits, damping_range, motions, warnings }))
 }
 
 /// Masses of the nodes (3.11, 3.12), kg.
@@ -126,6 +130,23 @@ pub fn announce(settings: &scene::Dynamics) -> String {
 }
 
 impl Mover<'_> {
+    /// A word about springs that folded up.
+    fn collapses(&self, motions: &[Moved]) -> Vec<String> {
+        let network = &self.given.lattice.network;
+        let of = |moved: &Moved| {
+            let found = collapse::find(network, self.dofs(), &moved.motion.times, &moved.motion.frames)?;
+            let [a, b] = found.nodes;
+            Some(format!(
+                "{} of {} springs passed through zero length, the first between nodes {a} and {b} by {:.4e} s: the motion is \
+                 beyond what springs can stand for from there on",
+                found.springs,
+                network.springs.len(),
+                found.time
+            ))
+        };
+        motions.iter().filter_map(of).collect()
+    }
+
     fn dofs(&self) -> &DofMap {
         &self.given.body.dofs
     }

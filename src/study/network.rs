@@ -6,14 +6,15 @@ use crate::error::{Error, Result};
 use crate::scene::Scene;
 use crate::sparse::cholesky::Symbolic;
 use crate::springs::affine;
-use crate::springs::{grouping, mechanism};
 use crate::springs::network::Network;
 use crate::springs::solver::{self, Choice, GridSprings, Path};
 use crate::springs::topology::{self, Topology};
 use crate::springs::{bounds, weighting};
+use crate::springs::{grouping, mechanism};
 
 use super::body::Body;
 use super::continuum::Continuum;
+use super::limits::Allowance;
 
 /// Free degrees of freedom in space from which multigrid is tried.
 const MULTIGRID_FROM: usize = 20_000;
@@ -46,7 +47,7 @@ pub struct Lattice {
 /// Builds the network and checks that it is none that moves without resistance.
 ///
 /// # Errors
-/// [`Error::Mechanism`] with a loose node; [`Error::Input`] for an unknown topology.
+/// [`Error::Mechanism`] with the loose nodes; [`Error::OverLimit`]; [`Error::Input`] for an unknown topology.
 pub fn build(scene: &Scene, body: &Body) -> Result<Lattice> {
     let lattice = connect(scene, body)?;
     let fine = body.dofs.len() >= MULTIGRID_FROM && body.dofs.dimension() == 3;
@@ -137,10 +138,11 @@ impl Lattice {
     /// The lattice on a path with factors: analysed, and checked for loose nodes. `instead`: why not multigrid.
     ///
     /// # Errors
-    /// [`Error::Mechanism`] with a loose node.
+    /// [`Error::Mechanism`] with the loose nodes; [`Error::OverLimit`] for a factor that does not fit.
     pub fn analysed(mut self, scene: &Scene, body: &Body, instead: Option<&str>) -> Result<Self> {
         let pattern = affine::pattern(&self.network, &body.dofs);
         let symbolic = Symbolic::analyse(&pattern, body.spring_order(&pattern)?)?;
+        Allowance::of(scene)?.admit("one factor of the springs", symbolic.factor_bytes() as f64)?;
         self.choice = solver::choose(&settings(scene), &symbolic);
         if let Some(instead) = instead {
             self.choice.reason += &format!("; not multigrid: {instead}");

@@ -127,7 +127,8 @@ impl RigidMotions {
 fn reduce(rows: &mut DMatrix<f64>) {
     let mut rank = 0;
     for column in 0..rows.ncols() {
-        let Some(pivot) = (rank..rows.nrows()).max_by(|&a, &b| rows[(a, column)].abs().total_cmp(&rows[(b, column)].abs()))
+        let Some(pivot) =
+            (rank..rows.nrows()).max_by(|&a, &b| rows[(a, column)].abs().total_cmp(&rows[(b, column)].abs()))
         else {
             return;
         };

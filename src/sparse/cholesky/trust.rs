@@ -53,7 +53,8 @@ impl Factor {
                 self.precondition(b, x);
                 Ok(())
             };
-            let solved = Solved { norm, longest_row, backward_error, residual: &residual, scale: &scale, solution: &solution };
+            let solved =
+                Solved { norm, longest_row, backward_error, residual: &residual, scale: &scale, solution: &solution };
             let found = condition::accuracy(&solved, &mut inverse, &mut solve).expect("solves that cannot fail");
             worst = worst.worse(found);
         }
