@@ -1,5 +1,7 @@
 //! `springfit bench`: speed against error on this machine.
 
+mod hard;
+
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -33,6 +35,8 @@ pub enum Bench {
     Growth(GrowthArguments),
     /// A network in motion: springs a second, share of the bandwidth, error of the step
     Step(StepArguments),
+    /// Every path of solution on problems that are as bad as can be: backward and forward error, seconds
+    Hard(hard::HardArguments),
 }
 
 #[derive(Debug, Args)]
@@ -114,6 +118,7 @@ pub fn run(what: &Bench) -> Result<()> {
         Bench::Calibrate(arguments) => run_calibrate(arguments),
         Bench::Growth(arguments) => Ok(run_growth(arguments)?),
         Bench::Step(arguments) => Ok(run_step(arguments)?),
+        Bench::Hard(arguments) => Ok(hard::run(arguments)?),
     }
 }
 

@@ -3,6 +3,7 @@
 use serde_json::{Map, Value, json};
 use springfit::error::Error;
 use springfit::export::EXPORTERS;
+use springfit::report::hard_cases::HARD_CASES;
 use springfit::scene::{Choice, KINDS, Kind};
 
 use super::{Result, terminal};
@@ -14,12 +15,19 @@ fn exporters() -> Vec<Choice> {
     EXPORTERS.iter().map(|exporter| Choice { name: exporter.name, doc: exporter.doc }).collect()
 }
 
+/// The hard cases; nothing is chosen from them either.
+const HARD_CASE_KIND: Kind = Kind { name: "hard-cases", key: "tests/hard_cases", choices: hard_cases };
+
+fn hard_cases() -> Vec<Choice> {
+    HARD_CASES.iter().map(|case| Choice { name: case.case, doc: case.happens }).collect()
+}
+
 /// Prints one table, or all of them.
 ///
 /// # Errors
 /// An unknown table.
 pub fn run(kind: Option<&str>, json: bool) -> Result<()> {
-    let mut kinds: Vec<&Kind> = KINDS.iter().chain([&EXPORTER_KIND]).collect();
+    let mut kinds: Vec<&Kind> = KINDS.iter().chain([&EXPORTER_KIND, &HARD_CASE_KIND]).collect();
     let names = kinds.iter().map(|kind| kind.name).collect::<Vec<_>>().join(", ");
     kinds.retain(|table| kind.is_none_or(|name| name == table.name));
     if kinds.is_empty() {

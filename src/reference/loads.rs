@@ -20,7 +20,7 @@ use crate::reference::points::{ElementPoints, IntegrationPoints};
 use crate::reference::quadrature::TensorRule;
 
 /// One load case as the solver sees it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Load {
     /// Force on each free degree of freedom in N.
     pub forces: Vec<f64>,
