@@ -15,9 +15,12 @@ pub const CUBE: &str = "[geometry]\nshape = \"cube\"\ncontrol_points = [4, 4, 4]
                         poisson = 0.3\n[support]\nfaces = [\"z-\"]\n[[load]]\nforce_per_node = [2.0, -1.0, 1.0]\n\
                         [calibration]\ngamma = 0.1\n";
 
-/// Reads a scene.
+/// Reads and checks a scene, as the command line does.
 pub fn parse(text: &str) -> std::result::Result<Scene, Located> {
-    scene::parse(&Source { name: "hard.toml".into(), text: text.into() })
+    let source = Source { name: "hard.toml".into(), text: text.into() };
+    let scene = scene::parse(&source)?;
+    scene::check(&scene).map_err(|error| source.locate(error))?;
+    Ok(scene)
 }
 
 /// Reads and runs a scene.

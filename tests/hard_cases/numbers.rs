@@ -2,7 +2,6 @@
 
 use springfit::calibration::sweep::gammas;
 use springfit::error::Error;
-use springfit::scene::{Source, parse as parse_scene};
 use springfit::study::plan;
 
 use super::common::{CUBE, SQUARE, parse, refused, runs, says, warned};
@@ -83,8 +82,7 @@ fn not_a_number_in_any_field() {
             let mut text = ALL_FIELDS.to_owned();
             text.replace_range(place.clone(), bad);
             let line = 1 + ALL_FIELDS[..place.start].matches('\n').count();
-            let source = Source { name: "hard.toml".into(), text };
-            let located = parse_scene(&source).err().unwrap_or_else(|| panic!("{bad} in line {line} is accepted"));
+            let located = parse(&text).err().unwrap_or_else(|| panic!("{bad} in line {line} is accepted"));
             assert_eq!(located.exit_status(), 2, "{located}");
             let shown = format!("{:?}", miette::Report::new(located));
             assert!(shown.contains(&format!("hard.toml:{line}:")), "{bad} in line {line}: {shown}");

@@ -180,10 +180,13 @@ fn overlapping_or_empty_groups() {
             assert!(members.iter().all(inside), "gamma {gamma}: {members:?} about {}", group.length);
         }
         // the tie rule: from the longest on, so lengths of groups do not interleave
-        let most = |a: usize| (0..network.springs.len()).filter(move |&s| found.group_of[s] as usize == a);
+        let lengths = |a: usize| -> Vec<f64> {
+            let members = (0..network.springs.len()).filter(|&s| found.group_of[s] as usize == a);
+            members.map(|s| network.springs[s].length).collect()
+        };
         for a in 1..found.groups.len() {
-            let longest = most(a - 1).map(|s| network.springs[s].length).fold(0.0, f64::max);
-            let shortest = most(a).map(|s| network.springs[s].length).fold(f64::INFINITY, f64::min);
+            let longest = lengths(a - 1).into_iter().fold(0.0, f64::max);
+            let shortest = lengths(a).into_iter().fold(f64::INFINITY, f64::min);
             assert!(longest < shortest, "gamma {gamma}: {longest} {shortest}");
         }
     }

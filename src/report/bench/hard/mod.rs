@@ -67,16 +67,20 @@ pub struct Answer {
 /// All paths on all problems whose name contains `wanted`.
 ///
 /// # Errors
-/// [`crate::error::Error::Interrupted`]; none that these problems have.
+/// [`crate::error::Error::Interrupted`]; a refusal of a body or of a path is a row.
 pub fn run(wanted: &str, progress: &Progress) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for hard in problems::all().iter().filter(|hard| hard.name.contains(wanted)) {
         progress.check()?;
         progress.enter(&hard.name, 0);
-        let problem = hard.problem()?;
-        rows.extend(paths::springs(hard, &problem)?);
-        if hard.continuum {
-            rows.extend(paths::continuum(hard, &problem)?);
+        match hard.problem() {
+            Err(error) => rows.push(paths::refused(hard, "all paths", 0, error.to_string(), 0.0)),
+            Ok(problem) => {
+                rows.extend(paths::springs(hard, &problem)?);
+                if hard.continuum {
+                    rows.extend(paths::continuum(hard, &problem)?);
+                }
+            }
         }
     }
     Ok(rows)

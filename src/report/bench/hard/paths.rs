@@ -82,7 +82,7 @@ impl Truth {
 }
 
 /// The row of a path that refused.
-fn refused(hard: &Hard, path: &'static str, unknowns: usize, words: String, seconds: f64) -> Row {
+pub fn refused(hard: &Hard, path: &'static str, unknowns: usize, words: String, seconds: f64) -> Row {
     Row { case: hard.name.clone(), path, unknowns, answer: None, words, kept: true, seconds }
 }
 
