@@ -7,12 +7,14 @@
 //! 4. the continuum reference: K_ref u_ref = f;
 //! 5. groups and bounds for every gamma, the fit of each (Algorithm 5.1), and the errors under fitted and held-out loads
 //!    ([`fit`], and [`linear_fit`] for the objectives other than the displacement);
-//! 6. masses, damping, safe steps and motions if the scene asks for them ([`mod@motion`]).
+//! 6. the same body on a finer mesh, if the scene asks for it: the error of the mesh beside that of the springs ([`converged`]);
+//! 7. masses, damping, safe steps and motions if the scene asks for them ([`mod@motion`]).
 //!
 //! This is the only room that knows all rooms below.
 
 pub mod body;
 pub mod continuum;
+pub mod converged;
 pub mod fit;
 pub mod limits;
 pub mod linear_fit;
@@ -50,6 +52,8 @@ pub struct Study {
     pub lattice: Lattice,
     /// The calibration.
     pub calibration: Calibration,
+    /// Errors against a finer mesh, if the scene has `[converged]`.
+    pub converged: Option<converged::Converged>,
     /// Masses, damping, safe steps and motions, if the scene has `[dynamics]`.
     pub dynamics: Option<motion::Dynamics>,
     /// What the user should know.
@@ -137,6 +141,12 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
 
     let watch = Stopwatch::start();
     let given = Given { scene: &scene, body: &body, loads: &loads, reference: &reference, lattice: &lattice };
+    let converged = converged::compare(given, &calibration, progress)?;
+    if converged.is_some() {
+        timed("converged reference", watch);
+    }
+
+    let watch = Stopwatch::start();
     let dynamics = motion::run(given, &calibration, progress)?;
     if dynamics.is_some() {
         timed("dynamics", watch);
@@ -149,7 +159,7 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
     warnings.extend(calibration.accuracy.warning("springs"));
     warnings.extend(calibration.warning());
     warnings.extend(dynamics.iter().flat_map(|dynamics| dynamics.warnings.iter().cloned()));
-    Ok(Study { scene, body, loads, reference, lattice, calibration, dynamics, warnings, seconds })
+    Ok(Study { scene, body, loads, reference, lattice, calibration, converged, dynamics, warnings, seconds })
 }
 
 /// The continuum under all loads.

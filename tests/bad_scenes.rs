@@ -61,6 +61,9 @@ const WRONG_INPUT: &[Expectation] = &[
         4,
         ["geometry.degree: [2, 2] has no meaning for the method \"q4\"", "remove geometry.degree, or use"],
     ),
+    ("converged_box", 11, ["converged: the supports name control points", "hold whole faces (support.faces)"]),
+    ("converged_mesh", 13, ["converged: \"q4\" works on a mesh, which is not refined", "use \"iga\" on a patch"]),
+    ("converged_not_finer", 11, ["converged: the mesh is not refined", "give halvings or elevations above 0"]),
     ("degree_low", 4, ["geometry.degree: degree [1, 1] is too low for this body", "at least [2, 2]"]),
     ("degree_zero", 4, ["geometry.degree[0]: 0 is out of range", "give a whole number from 1 to 9"]),
     ("duplicate_key", 6, ["line 6: the key is given twice", "keep one of them"]),
@@ -153,6 +156,8 @@ const WRONG_INPUT: &[Expectation] = &[
         10,
         ["load[0].torsion.axis: a body in 2D cannot turn about an axis in its plane", "leave it out, or give \"z\""],
     ),
+    ("limits_memory", 12, ["limits.memory: \"4 gb\" is no amount of memory", "such as \"4 GB\" or \"512 MiB\""]),
+    ("limits_seconds", 12, ["limits.seconds: 0 is not positive", "give a number above 0"]),
     (
         "load_all_held_out",
         10,
@@ -498,12 +503,14 @@ const WRONG_NUMBERS: &[Expectation] = &[
         16,
         ["the step of 1e-2 s is unstable with leapfrog: with the largest eigenfrequency", "give alpha = "],
     ),
-    ("mechanism", 12, ["the spring network is a mechanism: node 13 can move along x", "use a topology with diagonals"]),
+    ("mechanism", 12, ["the spring network is a mechanism with 5 zero modes: node", "use a topology with diagonals"]),
+    ("over_memory", 13, ["the run needs about 320.0 GB of memory (64000000 nodes", "limits.memory allows 64.0 GB"]),
+    ("over_seconds", 12, ["s, and limits.seconds allows 0.000001 s", "raise limits.seconds"]),
     ("patch_folded", 2, ["element [2, 1] is folded", "move the control points"]),
     (
         "support_one_node",
         7,
-        ["the reference body is a mechanism: node 5 can move along x without resistance", "support more nodes"],
+        ["the reference body is a mechanism with 1 zero mode: it can turn about z", "support.fix_rigid = true"],
     ),
 ];
 

@@ -3,6 +3,7 @@
 //! | file | idea |
 //! |---|---|
 //! | [`result`] | result.json |
+//! | [`converged`] | its part about the error of the mesh |
 //! | [`motion`] | its part about masses, steps and motions |
 //! | [`summary`] | what a person reads after a run or a check |
 //! | [`reproduce`] | tables and experiments of the sources, theirs beside ours |
@@ -10,6 +11,7 @@
 //! | [`mod@bench`] | speed against error on this machine |
 
 pub mod bench;
+pub mod converged;
 pub mod hard_cases;
 pub mod motion;
 pub mod reproduce;

@@ -11,6 +11,7 @@ use crate::calibration::errors::Errors;
 use crate::clock;
 use crate::memory;
 use crate::reference::Path;
+use crate::report::converged::{self, Converged};
 use crate::report::motion::Dynamics;
 use crate::scene::Scene;
 use crate::study::plan::Sizes;
@@ -28,6 +29,8 @@ pub struct Document<'a> {
     loads: Vec<LoadCase<'a>>,
     reference: Reference,
     calibration: Calibration<'a>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    converged: Option<Converged<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     dynamics: Option<Dynamics>,
     warnings: &'a [String],
@@ -181,6 +184,7 @@ impl<'a> Document<'a> {
             loads: loads(study),
             reference: reference(study),
             calibration: calibration(study),
+            converged: converged::document(study),
             dynamics: dynamics(study),
             warnings: &study.warnings,
             seconds: study.seconds.iter().copied().collect(),

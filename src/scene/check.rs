@@ -18,10 +18,12 @@ use super::check_load;
 use super::choices::{FACES, known, names};
 use super::dynamics;
 use super::limits;
-use super::{BoxRegion, Gamma, GammaSweep, Geometry, Plane, Scene, Solver};
+use super::{BoxRegion, Converged, Gamma, GammaSweep, Geometry, Plane, Scene, Solver};
 
 /// Most control points of a grid.
 const MOST_CONTROL_POINTS: usize = 100_000_000;
+/// Most halvings and elevations of the finer mesh.
+const MOST_REFINEMENTS: usize = 4;
 /// Smallest and largest tolerance of the iterative solver: below is rounding, above the error would show it.
 const TOLERANCES: [f64; 2] = [1e-14, 1e-6];
 
@@ -35,6 +37,7 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     check_support(scene)?;
     check_load::check(&scene.load)?;
     check_reference(scene)?;
+    check_converged(scene)?;
     known("springs.topology", &scene.springs.topology, &names("springs.topology"))?;
     known("springs.grouping", &scene.springs.grouping, &names("springs.grouping"))?;
     calibration::check(&scene.calibration)?;
@@ -150,6 +153,25 @@ fn check_support(scene: &Scene) -> Result<()> {
         known(&format!("support.faces[{i}]"), face, &FACES)?;
     }
     support.r#box.as_ref().map_or(Ok(()), |region| check_box("support.box", region))
+}
+
+/// A finer mesh is finer, and holds what the mesh holds: that is so on faces only.
+fn check_converged(scene: &Scene) -> Result<()> {
+    let Some(Converged { halvings, elevations }) = scene.converged else { return Ok(()) };
+    within("converged.halvings", halvings, 0, MOST_REFINEMENTS)?;
+    within("converged.elevations", elevations, 0, MOST_REFINEMENTS)?;
+    if halvings + elevations == 0 {
+        let help = "give halvings or elevations above 0, or remove the table";
+        return Err(Error::input("converged", "the mesh is not refined", help));
+    }
+    let support = &scene.support;
+    match support.nodes.is_empty() && support.r#box.is_none() && support.sets.is_empty() {
+        true => Ok(()),
+        false => {
+            let message = "the supports name control points, and a finer mesh has others";
+            Err(Error::input("converged", message, "hold whole faces (support.faces), or remove the table"))
+        }
+    }
 }
 
 pub(super) fn check_box(key: &str, BoxRegion { min, max }: &BoxRegion) -> Result<()> {

@@ -18,6 +18,7 @@ mod calibration;
 mod check;
 mod check_load;
 mod choices;
+mod converged;
 mod dynamics;
 mod entries;
 mod limits;
@@ -39,6 +40,7 @@ pub use body::{Axis, BoxRegion, Geometry, Material, Support};
 pub use calibration::{Annealing, Calibration, Gamma, GammaSweep, GaussNewton};
 pub use check::{check, check_body, check_method};
 pub use choices::{Choice, KINDS, Kind};
+pub use converged::Converged;
 pub use dynamics::{Dynamics, Initial, Masses, Model, Step};
 pub use limits::{Limits, Memory};
 pub use load::{Bending, Load, PatchForce, Place, PointForce, RandomSmooth, Torsion, Traction};
@@ -72,6 +74,9 @@ pub struct Scene {
     /// The continuum model that the springs are compared with.
     #[serde(default)]
     pub reference: Reference,
+    /// A finer solution that tells the error of the springs from that of the mesh; absent: none is computed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub converged: Option<Converged>,
     /// The spring network.
     #[serde(default)]
     pub springs: Springs,

@@ -45,6 +45,7 @@ fn example(shape: &Shape) -> Scene {
         support: Support { faces: vec![shape.fixed_face.into()], ..Support::default() },
         load: vec![Load::force_per_node(force)],
         reference: Reference::default(),
+        converged: None,
         springs: Springs::default(),
         calibration: Calibration::default(),
         solver: Solver::default(),

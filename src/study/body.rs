@@ -4,9 +4,10 @@
 use crate::error::{Error, Result};
 use crate::geometry::dofs::{DofMap, tie_coincident};
 use crate::geometry::grid::Grid;
-use crate::geometry::selection;
+use crate::geometry::patch::Patch;
+use crate::geometry::{refine, selection};
 use crate::reference::material::{Lame, Material, Plane};
-use crate::reference::methods::Method;
+use crate::reference::methods::{Method, PatchPoints};
 use crate::reference::points::IntegrationPoints;
 use crate::reference::{stiffness, supports};
 use crate::scene::{self, Scene};
@@ -53,17 +54,17 @@ pub fn build(scene: &Scene) -> Result<Body> {
         _ => Plane::Stress,
     };
     let lame = material.lame(dimension, plane)?;
-    let mut dofs = dofs(&resolved, &continuum)?;
-    if resolved.support.fix_rigid {
-        let chosen = supports::hold_loose(continuum.positions(), continuum.mesh(), &dofs);
-        dofs = dofs.holding(&chosen);
-        warnings.extend(held_by_us(&chosen));
-    }
+    let (dofs, chosen) = dofs(&resolved, &continuum)?;
+    warnings.extend(held_by_us(&chosen));
     supports::check(continuum.positions(), continuum.mesh(), &dofs)?;
     let thickness = resolved.reference.thickness.unwrap_or(1.0);
     let extra_points = resolved.reference.extra_gauss_points;
     warnings.extend(material.locking_warning(dimension, plane));
     let mut body = Body { resolved, continuum, method, dofs, lame, thickness, extra_points, warnings };
+    if scene.converged.is_some() {
+        // asked now, for it is needed at the end only
+        body.patch()?;
+    }
     if scene.geometry.file.is_some() {
         // our own shapes are as we made them (the torus is left-handed by its grid order): nothing to tell about those
         let remarks = body.integration_points()?.warnings().to_vec();
@@ -83,8 +84,8 @@ fn held_by_us(chosen: &[(usize, usize)]) -> Option<String> {
     })
 }
 
-/// Ties and supports of the nodes.
-fn dofs(scene: &Scene, continuum: &Continuum) -> Result<DofMap> {
+/// Ties and supports of the nodes, and the components that `support.fix_rigid` adds to them.
+fn dofs(scene: &Scene, continuum: &Continuum) -> Result<(DofMap, Vec<(usize, usize)>)> {
     let (dimension, points) = (continuum.dimension(), continuum.positions());
     let master = match scene.geometry.merge_seam {
         true => tie_coincident(points, SEAM * extent(points)),
@@ -111,11 +112,16 @@ fn dofs(scene: &Scene, continuum: &Continuum) -> Result<DofMap> {
     }
     let mut fixed = vec![[false; 3]; points.len()];
     held.iter().for_each(|&node| fixed[node as usize] = components);
-    let dofs = DofMap::new(dimension, master, &fixed);
+    let mut dofs = DofMap::new(dimension, master, &fixed);
+    let mut chosen = Vec::new();
+    if scene.support.fix_rigid {
+        chosen = supports::hold_loose(points, continuum.mesh(), &dofs);
+        dofs = dofs.holding(&chosen);
+    }
     if dofs.is_empty() {
         return Err(Error::input("support", "holds every node", "leave at least one free"));
     }
-    Ok(dofs)
+    Ok((dofs, chosen))
 }
 
 /// The nodes inside a box of the scene, ascending.
@@ -134,6 +140,36 @@ fn extent(points: &[[f64; 3]]) -> f64 {
 }
 
 impl Body {
+    /// The patch that the body is.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when it is a mesh.
+    pub fn patch(&self) -> Result<&Patch> {
+        self.splines().map(|(patch, _)| patch)
+    }
+
+    fn splines(&self) -> Result<(&Patch, PatchPoints)> {
+        match &self.continuum {
+            Continuum::Splines { patch, points } => Ok((patch, *points)),
+            Continuum::Elements { .. } => {
+                let message = format!("\"{}\" works on a mesh, which is not refined", self.method.name);
+                Err(Error::input("converged", message, "use \"iga\" on a patch, or remove the table"))
+            }
+        }
+    }
+
+    /// The same body, held alike, with every degree raised by `elevations` and every knot span halved `halvings` times.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when it is a mesh, or the degree or the number of control points becomes too large.
+    pub fn refined(&self, elevations: usize, halvings: usize) -> Result<Self> {
+        let (patch, points) = self.splines()?;
+        let continuum = Continuum::Splines { patch: refine::refined(patch, elevations, halvings)?, points };
+        let (dofs, _) = dofs(&self.resolved, &continuum)?;
+        let (resolved, warnings) = (self.resolved.clone(), Vec::new());
+        Ok(Self { resolved, continuum, dofs, warnings, ..*self })
+    }
+
     /// Places of the nodes, m.
     pub fn positions(&self) -> &[[f64; 3]] {
         self.continuum.positions()

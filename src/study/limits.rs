@@ -79,7 +79,10 @@ pub fn before_the_body(scene: &Scene) -> Result<()> {
     let geometry = &scene.geometry;
     let Some(shape) = geometry.known_shape() else { return Ok(()) };
     let counts = geometry.control_points.clone().unwrap_or_else(|| shape.default_control_points.to_vec());
-    let nodes: f64 = counts.iter().map(|&count| count as f64).product();
+    let mut nodes: f64 = counts.iter().map(|&count| count as f64).product();
+    if let Some(finer) = &scene.converged {
+        nodes *= 2.0_f64.powf((finer.halvings * shape.dimension) as f64);
+    }
     let bytes = nodes
         * match shape.dimension {
             2 => NODE_IN_THE_PLANE + FACTOR_IN_THE_PLANE * nodes.log2(),

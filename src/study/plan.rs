@@ -116,7 +116,7 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     let problems = distinct.len();
     let (optimiser, settings) = fit::optimiser(&scene)?;
     let Cost { reference, springs, bytes: memory_bytes, seconds } =
-        Cost::of(&body, &lattice, (optimiser, &settings), [fitted(&loads), loads.len()], &distinct)?;
+        Cost::of(&scene, &body, &lattice, (optimiser, &settings), [fitted(&loads), loads.len()], &distinct)?;
     Allowance::of(&scene)?.admit("all of it", memory_bytes as f64)?;
     limits::time(&scene, seconds)?;
     let groups = groupings.iter().map(|g| g.groups.len()).max().unwrap_or(0);
@@ -160,7 +160,7 @@ pub fn admit(scene: &Scene, body: &Body, loads: &[LoadCase], lattice: &Lattice) 
     let same = sweep::first_equal(&groupings);
     let distinct: Vec<usize> = (0..same.len()).filter(|&i| same[i] == i).map(|i| groupings[i].groups.len()).collect();
     let (optimiser, settings) = fit::optimiser(scene)?;
-    let cost = Cost::of(body, lattice, (optimiser, &settings), [fitted(loads), loads.len()], &distinct)?;
+    let cost = Cost::of(scene, body, lattice, (optimiser, &settings), [fitted(loads), loads.len()], &distinct)?;
     Allowance::of(scene)?.admit("all of it", cost.bytes as f64)?;
     limits::time(scene, cost.seconds)
 }
@@ -177,6 +177,7 @@ struct Cost {
 impl Cost {
     /// `cases`: fitted load cases, and all; `distinct` holds the groups of each problem.
     fn of(
+        scene: &Scene,
         body: &Body,
         lattice: &Lattice,
         (optimiser, settings): (&Optimiser, &Settings),
@@ -184,7 +185,13 @@ impl Cost {
         distinct: &[usize],
     ) -> Result<Self> {
         let threads = rayon::current_num_threads();
-        let reference = reference_cost(body, threads)?;
+        let reference = match scene.converged {
+            None => reference_cost(body, threads)?,
+            // the finer mesh comes on top, at another time
+            Some(scene::Converged { halvings, elevations }) => {
+                reference_cost(body, threads)?.and(reference_cost(&body.refined(elevations, halvings)?, threads)?)
+            }
+        };
         let springs = SpringCost::of(body, lattice, optimiser, settings, fitted, distinct);
         Ok(Self {
             bytes: reference.bytes.max(springs.bytes),
@@ -200,6 +207,17 @@ struct ReferenceCost {
     bytes: usize,
     factor_entries: usize,
     seconds: f64,
+}
+
+impl ReferenceCost {
+    /// The cost of this one and, afterwards, another.
+    fn and(self, other: Self) -> Self {
+        Self {
+            bytes: self.bytes.max(other.bytes),
+            factor_entries: self.factor_entries,
+            seconds: self.seconds + other.seconds,
+        }
+    }
 }
 
 /// The cost of the path that the reference will take.
@@ -282,7 +300,11 @@ fn steps(scene: &Scene, method: &Method, fitted: usize, cases: usize, problems: 
         None => "no masses, no damping: the scene has no [dynamics]".to_owned(),
         Some(dynamics) => motion::announce(dynamics),
     };
-    vec![
+    let converged = scene
+        .converged
+        .as_ref()
+        .map(|finer| format!("converged reference: {} halving(s), {} elevation(s)", finer.halvings, finer.elevations));
+    let mut steps = vec![
         format!("reference: {} with {cases} load case(s), one factorisation", method.name),
         format!(
             "springs: topology \"{}\", grouping \"{}\", one analysis",
@@ -295,5 +317,7 @@ fn steps(scene: &Scene, method: &Method, fitted: usize, cases: usize, problems: 
             cases - fitted
         ),
         dynamics,
-    ]
+    ];
+    steps.splice(1..1, converged);
+    steps
 }
