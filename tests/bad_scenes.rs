@@ -504,7 +504,7 @@ const WRONG_NUMBERS: &[Expectation] = &[
         ["the step of 1e-2 s is unstable with leapfrog: with the largest eigenfrequency", "give alpha = "],
     ),
     ("mechanism", 12, ["the spring network is a mechanism with 5 zero modes: node", "use a topology with diagonals"]),
-    ("over_memory", 13, ["the run needs about 320.0 GB of memory (64000000 nodes", "limits.memory allows 64.0 GB"]),
+    ("over_memory", 13, ["the run needs about 2.6 GB of memory (512000 nodes", "limits.memory allows 1.0 GB"]),
     ("over_seconds", 12, ["s, and limits.seconds allows 0.000001 s", "raise limits.seconds"]),
     ("patch_folded", 2, ["element [2, 1] is folded", "move the control points"]),
     (

@@ -65,9 +65,14 @@ pub fn build(scene: &Scene) -> Result<Body> {
         // asked now, for it is needed at the end only
         body.patch()?;
     }
-    if scene.geometry.file.is_some() {
-        // our own shapes are as we made them (the torus is left-handed by its grid order): nothing to tell about those
-        let remarks = body.integration_points()?.warnings().to_vec();
+    let from_file = scene.geometry.file.is_some();
+    if from_file || body.continuum.mesh().is_some() {
+        let points = body.integration_points()?;
+        // folds are found before anything is built on them; the patches of our own shapes have none
+        points.measure()?;
+        // and those are as we made them (the torus is left-handed by its grid order): nothing to tell about them
+        let remarks = if from_file { points.warnings().to_vec() } else { Vec::new() };
+        drop(points);
         body.warnings.extend(remarks);
     }
     Ok(body)

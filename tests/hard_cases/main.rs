@@ -5,6 +5,7 @@ mod common;
 mod files;
 mod motion;
 mod numbers;
+mod promises;
 mod runs;
 mod springs;
 mod supports;
