@@ -77,7 +77,7 @@ fn malformed_files() {
         let path = folder.path().join(name);
         std::fs::write(&path, text).expect("a file");
         std::fs::write(folder.path().join("c.node"), "1000000000 3 0 0\n1 0 0 0\n").expect("a file");
-        let error = mesh_files::read(&path).err().expect("no mesh");
+        let error = mesh_files::read(&path).expect_err("no mesh");
         assert_eq!(error.exit_status(), 2, "{error}");
         assert!(error.to_string().contains(&name[..2]), "{error}");
     }

@@ -67,8 +67,9 @@ impl Factor {
         let (starts, rows) = (self.symbolic.lower_starts(), self.symbolic.lower_rows());
         let (mut sums, mut lengths) = (vec![0.0_f64; n], vec![0_usize; n]);
         for j in 0..n {
-            for entry in starts[j] as usize..starts[j + 1] as usize {
-                let (i, size) = (rows[entry] as usize, self.lower[entry].abs());
+            let column = starts[j] as usize..starts[j + 1] as usize;
+            for (&i, value) in rows[column.clone()].iter().zip(&self.lower[column]) {
+                let (i, size) = (i as usize, value.abs());
                 sums[i] += size;
                 lengths[i] += 1;
                 if i != j {

@@ -80,7 +80,7 @@ impl Hard {
     /// Builds it.
     ///
     /// # Errors
-    /// None that these scenes have.
+    /// What is wrong with a body that is too hard to be built.
     pub fn problem(&self) -> Result<Problem> {
         let source = Source { name: self.name.clone(), text: self.text.clone() };
         let scene = scene::parse(&source).map_err(|located| located.error)?;
