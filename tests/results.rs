@@ -106,10 +106,10 @@ fn no_null(value: &Value, key: &str) {
 }
 
 fn result_is_as_promised(result: &Value) {
-    has_keys(result, RESULT, &["dynamics", "converged"]);
+    has_keys(result, RESULT, &["dynamics", "converged", "budget"]);
     assert_eq!(result["schema"], "springfit-result/1");
     assert_eq!(result["version"], env!("CARGO_PKG_VERSION"));
-    for key in ["dynamics", "converged"] {
+    for key in ["dynamics", "converged", "budget"] {
         assert_eq!(result[key].is_object(), result["scene"][key].is_object());
     }
     result["converged"]["cases"].as_array().into_iter().flatten().for_each(errors_add_up);

@@ -6,10 +6,10 @@ use springfit::geometry::grid::Grid;
 use springfit::sparse::cholesky::{Factor, Symbolic};
 use springfit::sparse::ordering;
 use springfit::springs::affine::{self, AffineStiffness};
-use springfit::springs::grouping::{self, Grouping};
+use springfit::springs::grouping::{self, Grouping, Request};
 use springfit::springs::network::{Kind, Network};
-use springfit::springs::weighting::{self, Law, Weighting};
-use springfit::springs::{bounds, damping, topology};
+use springfit::springs::weighting::{self, Weighting};
+use springfit::springs::{bounds, damping, profiles, topology};
 
 /// A control net with its supports.
 struct Body {
@@ -113,8 +113,13 @@ fn body(name: &str) -> Body {
     }
 }
 
+/// p_s of every spring.
+fn factors(profile: &str, network: &Network) -> Vec<f64> {
+    (profiles::find(profile).expect("in the table").factor)(network, &[])
+}
+
 fn group(name: &str, network: &Network, gamma: f64) -> Grouping {
-    (grouping::find(name).expect("in the table").group)(network, gamma).expect("a good gamma")
+    (grouping::find(name).expect("in the table").group)(network, &Request::with_gamma(gamma)).expect("a good gamma")
 }
 
 fn assert_near(found: f64, expected: f64, relative: f64, what: &str) {
@@ -161,7 +166,7 @@ fn objects_json_groups_and_bounds() {
         for row in object["by_gamma"].as_array().expect("rows") {
             let gamma = row["gamma"].as_f64().expect("a number");
             let grouping = group("length", &network, gamma);
-            let upper = bounds::upper_bounds(&network, &grouping, &limits, Law::Stiffness);
+            let upper = bounds::upper_bounds(&grouping, &limits, &factors("constant", &network));
             assert_eq!(grouping.groups.len() as u64, row["m"].as_u64().expect("a number"), "{name} {gamma}");
             for (a, found) in grouping.groups.iter().enumerate() {
                 let what = format!("{name}, gamma {gamma}, group {a}");
@@ -210,7 +215,8 @@ fn every_grouping_puts_each_spring_into_one_group_that_is_not_empty() {
 fn a_gamma_outside_0_1_is_refused() {
     let network = body("square").network();
     for gamma in [0.0, 1.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = (grouping::find("length").expect("in the table").group)(&network, gamma).expect_err("refused");
+        let error = (grouping::find("length").expect("in the table").group)(&network, &Request::with_gamma(gamma))
+            .expect_err("refused");
         assert_eq!(error.exit_status(), 2);
         assert!(error.to_string().contains(&gamma.to_string()), "{error}");
     }
@@ -222,7 +228,7 @@ fn p5_spring_patch_test() {
     let body = box_body(&[5, 5], &[2.0, 2.0]);
     let network = body.network();
     let k = 3.0 / 8.0 * young * thickness;
-    let weights = weighting::coefficients(&network, Weighting::Cells, Law::Stiffness);
+    let weights = weighting::coefficients(&network, Weighting::Cells, &factors("constant", &network));
     let c = young / (1.0 - poisson * poisson);
     for [xx, yy, xy] in [[1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [0.0, 0.0, 1e-3], [2e-3, -1e-3, 0.5e-3]] {
         let field = |x: [f64; 3]| [xx * x[0] + xy * x[1], xy * x[0] + yy * x[1]];
@@ -246,10 +252,10 @@ struct Assembled {
     stiffness: AffineStiffness,
 }
 
-fn assembled(body: Body, rule: &str, gamma: f64, law: Law) -> Assembled {
+fn assembled(body: Body, rule: &str, gamma: f64, profile: &str) -> Assembled {
     let network = body.network();
     let grouping = group(rule, &network, gamma);
-    let weights = weighting::coefficients(&network, Weighting::Cells, law);
+    let weights = weighting::coefficients(&network, Weighting::Cells, &factors(profile, &network));
     let pattern = affine::pattern(&network, &body.dofs);
     let order = ordering::minimum_degree(&pattern).expect("a small pattern");
     let symbolic = Symbolic::analyse(&pattern, order).expect("a small pattern");
@@ -259,12 +265,12 @@ fn assembled(body: Body, rule: &str, gamma: f64, law: Law) -> Assembled {
 
 fn bodies() -> Vec<Assembled> {
     vec![
-        assembled(body("square"), "length", 0.1, Law::Stiffness),
-        assembled(body("circle"), "length", 0.01, Law::AxialRigidity),
-        assembled(body("cube"), "direction", 0.1, Law::Stiffness),
-        assembled(body("torus"), "length", 0.1, Law::Stiffness),
-        assembled(torus(true), "length", 0.1, Law::AxialRigidity),
-        assembled(torus(true), "each", 0.1, Law::Stiffness),
+        assembled(body("square"), "length", 0.1, "constant"),
+        assembled(body("circle"), "length", 0.01, "axial_rigidity"),
+        assembled(body("cube"), "direction", 0.1, "constant"),
+        assembled(body("torus"), "length", 0.1, "constant"),
+        assembled(torus(true), "length", 0.1, "axial_rigidity"),
+        assembled(torus(true), "each", 0.1, "constant"),
     ]
 }
 

@@ -7,6 +7,7 @@
 //! | [`linear`] | those that are linear in phi, reduced to a triangle |
 //! | [`optimiser`] | what every optimiser is given and gives back; their table |
 //! | [`optimisers`] | annealing, Gauss-Newton, hybrid, bounded least squares |
+//! | [`pieces`] | what a run can keep and a later one need not do again |
 //! | [`errors`] | how far the calibrated network is from the continuum |
 //! | [`surrogate`] | a reduced basis of displacements with an error bound |
 //! | [`sweep`] | Algorithm 5.1: groupings over gamma, equal ones solved once |
@@ -17,5 +18,6 @@ pub mod objective;
 pub mod objectives;
 pub mod optimiser;
 pub mod optimisers;
+pub mod pieces;
 pub mod surrogate;
 pub mod sweep;

@@ -1,6 +1,8 @@
 //! `springfit bench`: speed against error on this machine.
 
+mod corotational;
 mod hard;
+mod tradeoff;
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -33,10 +35,14 @@ pub enum Bench {
     Calibrate(CalibrateArguments),
     /// Whole runs on finer and finer cubes, a process each: how seconds and memory grow
     Growth(GrowthArguments),
+    /// Networks of a scene at several resolutions and numbers of groups: error against the time of a step
+    Tradeoff(tradeoff::TradeoffArguments),
     /// A network in motion: springs a second, share of the bandwidth, error of the step
     Step(StepArguments),
     /// Every path of solution on problems that are as bad as can be: backward and forward error, seconds
     Hard(hard::HardArguments),
+    /// A corotational beam in motion: what a step costs by stage, with every averaging of the strain
+    Corotational(corotational::Arguments),
 }
 
 #[derive(Debug, Args)]
@@ -117,8 +123,10 @@ pub fn run(what: &Bench) -> Result<()> {
         Bench::Solve(arguments) => Ok(run_solve(arguments)?),
         Bench::Calibrate(arguments) => run_calibrate(arguments),
         Bench::Growth(arguments) => Ok(run_growth(arguments)?),
+        Bench::Tradeoff(arguments) => tradeoff::run(arguments),
         Bench::Step(arguments) => Ok(run_step(arguments)?),
         Bench::Hard(arguments) => Ok(hard::run(arguments)?),
+        Bench::Corotational(arguments) => Ok(corotational::run(arguments)?),
     }
 }
 

@@ -11,13 +11,14 @@ use crate::calibration::errors::Errors;
 use crate::clock;
 use crate::memory;
 use crate::reference::Path;
+use crate::report::budget::{self, Budget};
 use crate::report::converged::{self, Converged};
 use crate::report::motion::Dynamics;
 use crate::scene::Scene;
 use crate::study::plan::Sizes;
 use crate::study::{Study, fit};
 
-/// The document. Stiffness in N/m (N with the law "axial_rigidity"), lengths in m, errors in percent.
+/// The document. Stiffness of groups in the unit of the profile (N/m for "constant"), lengths in m, errors in percent.
 #[derive(Debug, Serialize)]
 pub struct Document<'a> {
     schema: &'static str,
@@ -31,6 +32,8 @@ pub struct Document<'a> {
     calibration: Calibration<'a>,
     #[serde(skip_serializing_if = "Option::is_none")]
     converged: Option<Converged<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    budget: Option<Budget<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     dynamics: Option<Dynamics>,
     warnings: &'a [String],
@@ -185,6 +188,7 @@ impl<'a> Document<'a> {
             reference: reference(study),
             calibration: calibration(study),
             converged: converged::document(study),
+            budget: study.budget.as_ref().map(budget::document),
             dynamics: dynamics(study),
             warnings: &study.warnings,
             seconds: study.seconds.iter().copied().collect(),

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::calibration::errors::Errors;
 use crate::memory;
-use crate::report::{converged, motion};
+use crate::report::{budget, converged, motion};
 use crate::study::Study;
 use crate::study::plan::{Plan, Sizes};
 
@@ -82,6 +82,9 @@ pub fn run(study: &Study) -> String {
         sure.backward_error, sure.condition, sure.forward_error
     ));
     line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
+    if let Some(outcome) = &study.budget {
+        line(format!("\n{}", budget::table(&outcome.front, Some(outcome.chosen))));
+    }
     if let Some(table) = converged::summary(study) {
         line(table);
     }

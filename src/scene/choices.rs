@@ -2,12 +2,15 @@
 //!
 //! A table lists only what is built. A choice gets here with the code behind it.
 
+use std::sync::LazyLock;
+
 use crate::calibration::{objectives, optimiser};
 use crate::dynamics::integrator::INTEGRATORS;
 use crate::error::{Error, Result};
 use crate::reference::methods;
-use crate::springs::{formulas, grouping, topology};
+use crate::springs::{formulas, grouping, profiles, topology};
 
+use crate::geometry::meshes::MESH_SHAPES;
 use crate::geometry::shapes;
 
 /// A name that a scene may use, and what it means.
@@ -35,6 +38,7 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "shapes", key: "geometry.shape", choices: shape_choices },
     Kind { name: "methods", key: "reference.method", choices: method_choices },
     Kind { name: "topologies", key: "springs.topology", choices: topology_choices },
+    Kind { name: "profiles", key: "springs.profile", choices: profile_choices },
     Kind { name: "groupings", key: "springs.grouping", choices: grouping_choices },
     Kind { name: "objectives", key: "calibration.objective", choices: objective_choices },
     Kind { name: "formulas", key: "calibration.formula", choices: formula_choices },
@@ -42,8 +46,19 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "integrators", key: "dynamics.integrator", choices: integrator_choices },
 ];
 
+/// Patches and meshes, each with the keys of `[geometry]` that it takes.
 fn shape_choices() -> Vec<Choice> {
-    shapes::SHAPES.iter().map(|shape| Choice { name: shape.name, doc: shape.doc }).collect()
+    static LINES: LazyLock<Vec<(&str, String)>> = LazyLock::new(|| {
+        let patches = shapes::SHAPES.iter();
+        let patches = patches.map(|shape| (shape.name, format!("{} (size, control_points, degree)", shape.doc)));
+        let meshes = MESH_SHAPES.iter().map(|shape| {
+            let distortion = if shape.distorts() { ", distortion" } else { "" };
+            let keys = format!("size, cells = [{}]{distortion}", shape.counts.join(", "));
+            (shape.name, format!("{} ({keys})", shape.doc))
+        });
+        patches.chain(meshes).collect()
+    });
+    LINES.iter().map(|(name, doc)| Choice { name, doc }).collect()
 }
 
 fn method_choices() -> Vec<Choice> {
@@ -52,6 +67,10 @@ fn method_choices() -> Vec<Choice> {
 
 fn topology_choices() -> Vec<Choice> {
     topology::TOPOLOGIES.iter().map(|topology| Choice { name: topology.name, doc: topology.doc }).collect()
+}
+
+fn profile_choices() -> Vec<Choice> {
+    profiles::PROFILES.iter().map(|profile| Choice { name: profile.name, doc: profile.doc }).collect()
 }
 
 fn grouping_choices() -> Vec<Choice> {
@@ -140,6 +159,7 @@ mod tests {
         let springs = super::super::Springs::default();
         for (key, name) in [
             ("springs.topology", springs.topology),
+            ("springs.profile", springs.profile),
             ("springs.grouping", springs.grouping),
             ("calibration.optimiser", calibration.optimiser().expect("displacement has one").to_owned()),
             ("calibration.objective", calibration.objective),

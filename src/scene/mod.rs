@@ -14,6 +14,7 @@
 //! in by [`resolve`].
 
 mod body;
+mod budget;
 mod calibration;
 mod check;
 mod check_load;
@@ -31,12 +32,14 @@ mod resolve;
 mod solver;
 mod springs;
 mod states;
+mod support;
 mod template;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use body::{Axis, BoxRegion, Geometry, Material, Support};
+pub use body::{Axis, BoxRegion, Distortion, Geometry, Material};
+pub use budget::Budget;
 pub use calibration::{Annealing, Calibration, Gamma, GammaSweep, GaussNewton};
 pub use check::{check, check_body, check_method};
 pub use choices::{Choice, KINDS, Kind};
@@ -51,6 +54,7 @@ pub use resolve::resolve;
 pub use solver::Solver;
 pub use springs::Springs;
 pub use states::{Acceleration, MatrixDistance, Snapshot};
+pub use support::{Support, Supports};
 pub use template::template;
 
 /// Everything a run needs to know; the top level of a scene file.
@@ -65,9 +69,9 @@ pub struct Scene {
     pub geometry: Geometry,
     /// The isotropic linear elastic material.
     pub material: Material,
-    /// The control points that are held.
+    /// The control points that are held; several `[[support]]` tables where they are held in different components.
     #[serde(default)]
-    pub support: Support,
+    pub support: Supports,
     /// The load cases, one `[[load]]` table each.
     #[serde(default)]
     pub load: Vec<Load>,
@@ -89,6 +93,9 @@ pub struct Scene {
     /// What a run may take.
     #[serde(default, skip_serializing_if = "is_default")]
     pub limits: Limits,
+    /// How wrong and how slow the network may be; absent: the network is built as the other tables say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub budget: Option<Budget>,
     /// Masses, damping and motion; absent: none of them is computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dynamics: Option<Dynamics>,

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::springs::weighting::{Law, Weighting};
+use crate::springs::weighting::Weighting;
 
 use super::choices::names;
 
@@ -16,11 +16,14 @@ pub struct Springs {
     pub topology: String,
     /// How often a spring counts.
     pub weighting: Weighting,
-    /// What the springs of a group share.
-    pub law: Law,
+    /// How stiffness runs through a group (`springfit list profiles`): what its springs share.
+    #[schemars(extend("enum" = names("springs.profile")))]
+    pub profile: String,
     /// Which springs form a group (`springfit list groupings`); "length" uses `calibration.gamma`.
     #[schemars(extend("enum" = names("springs.grouping")))]
     pub grouping: String,
+    /// Most groups, for a grouping that chooses their number; default 16.
+    pub groups: usize,
 }
 
 impl Default for Springs {
@@ -28,8 +31,9 @@ impl Default for Springs {
         Self {
             topology: "grid".into(),
             weighting: Weighting::default(),
-            law: Law::default(),
+            profile: "constant".into(),
             grouping: "length".into(),
+            groups: 16,
         }
     }
 }

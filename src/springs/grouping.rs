@@ -16,6 +16,39 @@ use crate::error::{Error, Result};
 
 use super::network::{Kind, Network, Spring};
 
+/// What a rule is asked for; each reads what concerns it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Request<'a> {
+    /// Half the width of a group of lengths, relative to their mean; between 0 and 1.
+    pub gamma: f64,
+    /// Most groups, where the rule chooses their number.
+    pub groups: usize,
+    /// Parts of the body that have groups of their own.
+    pub sets: &'a [NodeSet],
+}
+
+impl Request<'_> {
+    /// Asks for this gamma, and for the usual otherwise.
+    pub fn with_gamma(gamma: f64) -> Self {
+        Self { gamma, ..Self::default() }
+    }
+}
+
+impl Default for Request<'_> {
+    fn default() -> Self {
+        Self { gamma: 0.1, groups: 16, sets: &[] }
+    }
+}
+
+/// A part of the body by the nodes in it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NodeSet {
+    /// Its name in results.
+    pub name: String,
+    /// Its nodes, ascending.
+    pub nodes: Vec<u32>,
+}
+
 /// A way to sort springs into groups, chosen by its name.
 pub struct Rule {
     /// The word in the scene.
@@ -24,8 +57,8 @@ pub struct Rule {
     pub doc: &'static str,
     /// True when gamma matters: then Algorithm 5.1 has something to sweep.
     pub uses_gamma: bool,
-    /// Sorts the springs of a network; the second argument is gamma.
-    pub group: fn(&Network, f64) -> Result<Grouping>,
+    /// Sorts the springs of a network.
+    pub group: fn(&Network, &Request) -> Result<Grouping>,
 }
 
 /// All groupings.
@@ -77,19 +110,19 @@ impl PartialEq for Grouping {
 /// Lengths that differ by less than this part are equal.
 const SAME_LENGTH: f64 = 1e-9;
 
-fn by_length(network: &Network, gamma: f64) -> Result<Grouping> {
-    check_gamma(gamma)?;
+fn by_length(network: &Network, request: &Request) -> Result<Grouping> {
+    let gamma = legal_gamma(request)?;
     let all: Vec<usize> = (0..network.springs.len()).collect();
     let (rank, count) = sweep(network, all, gamma);
     Ok(collect(network, &rank, &(1..=count).map(|a| format!("length_{a}")).collect::<Vec<_>>()))
 }
 
-fn by_kind(network: &Network, _gamma: f64) -> Result<Grouping> {
+fn by_kind(network: &Network, _request: &Request) -> Result<Grouping> {
     let rank: Vec<usize> = network.springs.iter().map(|spring| spring.kind as usize).collect();
     Ok(collect(network, &rank, &Kind::ALL.map(|kind| kind.name().to_owned())))
 }
 
-fn by_direction(network: &Network, _gamma: f64) -> Result<Grouping> {
+fn by_direction(network: &Network, _request: &Request) -> Result<Grouping> {
     if network.springs.iter().any(|spring| spring.offset == [0; 3]) {
         let help = "use length, kind, kind_and_length or each on a mesh without a grid";
         return Err(Error::input("springs.grouping", "\"direction\" needs nodes on a grid", help));
@@ -103,8 +136,8 @@ fn by_direction(network: &Network, _gamma: f64) -> Result<Grouping> {
     Ok(collect(network, &rank, &names))
 }
 
-fn by_kind_and_length(network: &Network, gamma: f64) -> Result<Grouping> {
-    check_gamma(gamma)?;
+fn by_kind_and_length(network: &Network, request: &Request) -> Result<Grouping> {
+    let gamma = legal_gamma(request)?;
     let mut rank = vec![0; network.springs.len()];
     let mut names = Vec::new();
     for kind in Kind::ALL {
@@ -118,16 +151,16 @@ fn by_kind_and_length(network: &Network, gamma: f64) -> Result<Grouping> {
     Ok(collect(network, &rank, &names))
 }
 
-fn each(network: &Network, _gamma: f64) -> Result<Grouping> {
+fn each(network: &Network, _request: &Request) -> Result<Grouping> {
     let rank: Vec<usize> = (0..network.springs.len()).collect();
     let names: Vec<String> = rank.iter().map(|s| format!("spring_{s}")).collect();
     Ok(collect(network, &rank, &names))
 }
 
-/// Refuses a gamma outside (0, 1).
-fn check_gamma(gamma: f64) -> Result<()> {
+/// The gamma of a request, between 0 and 1.
+fn legal_gamma(&Request { gamma, .. }: &Request) -> Result<f64> {
     if gamma > 0.0 && gamma < 1.0 {
-        return Ok(());
+        return Ok(gamma);
     }
     Err(Error::input("calibration.gamma", format!("gamma is {gamma}"), "gamma lies between 0 and 1, both excluded"))
 }

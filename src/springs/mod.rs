@@ -1,7 +1,7 @@
 //! Floor 2: the springs. Who is joined to whom, which springs share a stiffness, and the stiffness matrix K(phi).
 //!
 //! The order of work: [`topology`] joins the nodes (control points, or those of a mesh) into a [`network::Network`]; [`grouping`] sorts its springs
-//! into m groups; [`weighting`] says what one number phi_a of a group means for a spring, k_s = phi_a w_s; [`bounds`]
+//! into m groups; [`profiles`] and [`weighting`] say what one number phi_a of a group means for a spring, k_s = phi_a w_s; [`bounds`]
 //! limits phi; [`affine`] turns phi into the stiffness matrix, [`members`] multiplies with its parts. [`solver`] solves with it for one phi after another, by
 //! factors or by iterations with an old or rough factor, and [`prediction`] says which is cheaper. On fine grids
 //! [`stencil`] multiplies with K(phi) without storing it, and [`multigrid_solver`] solves. [`damping`] is for bodies that
@@ -20,6 +20,7 @@ mod mesh_topology;
 pub mod multigrid_solver;
 pub mod network;
 pub mod prediction;
+pub mod profiles;
 pub mod residual;
 pub mod solver;
 pub mod stencil;

@@ -96,30 +96,20 @@ fn dofs(scene: &Scene, continuum: &Continuum) -> Result<(DofMap, Vec<(usize, usi
         true => tie_coincident(points, SEAM * extent(points)),
         false => (0..points.len() as u32).collect(),
     };
-    let mut held: Vec<u32> = scene.support.nodes.iter().map(|&node| node as u32).collect();
-    for face in &scene.support.faces {
-        held.extend(continuum.face_nodes(face, "support.faces")?);
-    }
-    for (i, set) in scene.support.sets.iter().enumerate() {
-        held.extend(continuum.set_nodes(set, &format!("support.sets[{i}]"))?);
-    }
-    if let Some(region) = &scene.support.r#box {
-        held.extend(box_nodes(region, points));
-    }
-    if held.is_empty() && !scene.support.fix_rigid {
-        let help = "name a face (x-, x+, y-, ...), a node, a set, or a box that contains some";
-        return Err(Error::input("support", "holds no node", help));
-    }
-    let mut components = [false; 3];
-    match &scene.support.components {
-        Some(axes) => axes.iter().for_each(|axis| components[axis.index()] = true),
-        None => components[..dimension].fill(true),
-    }
     let mut fixed = vec![[false; 3]; points.len()];
-    held.iter().for_each(|&node| fixed[node as usize] = components);
+    for (key, support) in scene.support.keyed() {
+        let mut components = [false; 3];
+        match &support.components {
+            Some(axes) => axes.iter().for_each(|axis| components[axis.index()] = true),
+            None => components[..dimension].fill(true),
+        }
+        for node in held(support, &key, continuum)? {
+            fixed[node as usize].iter_mut().zip(components).for_each(|(fixed, held)| *fixed |= held);
+        }
+    }
     let mut dofs = DofMap::new(dimension, master, &fixed);
     let mut chosen = Vec::new();
-    if scene.support.fix_rigid {
+    if scene.support.tables().iter().any(|support| support.fix_rigid) {
         chosen = supports::hold_loose(points, continuum.mesh(), &dofs);
         dofs = dofs.holding(&chosen);
     }
@@ -127,6 +117,25 @@ fn dofs(scene: &Scene, continuum: &Continuum) -> Result<(DofMap, Vec<(usize, usi
         return Err(Error::input("support", "holds every node", "leave at least one free"));
     }
     Ok((dofs, chosen))
+}
+
+/// The nodes that one table of the supports names; `key` is its key.
+fn held(support: &scene::Support, key: &str, continuum: &Continuum) -> Result<Vec<u32>> {
+    let mut held: Vec<u32> = support.nodes.iter().map(|&node| node as u32).collect();
+    for face in &support.faces {
+        held.extend(continuum.face_nodes(face, &format!("{key}.faces"))?);
+    }
+    for (i, set) in support.sets.iter().enumerate() {
+        held.extend(continuum.set_nodes(set, &format!("{key}.sets[{i}]"))?);
+    }
+    if let Some(region) = &support.r#box {
+        held.extend(box_nodes(region, continuum.positions()));
+    }
+    if held.is_empty() && !support.fix_rigid {
+        let help = "name a face (x-, x+, y-, ...), a node, a set, or a box that contains some";
+        return Err(Error::input(key, "holds no node", help));
+    }
+    Ok(held)
 }
 
 /// The nodes inside a box of the scene, ascending.

@@ -10,6 +10,7 @@ use crate::calibration::errors::{self, Errors};
 use crate::calibration::objective::Counts;
 use crate::calibration::objectives::displacement::weights;
 use crate::calibration::optimiser::{self, Optimiser, Outcome, Settings};
+use crate::calibration::pieces::Kept;
 use crate::calibration::sweep::{self, Shared, Solved, SweepProblem};
 use crate::clock::Progress;
 use crate::error::{Error, Result};
@@ -17,11 +18,12 @@ use crate::reference::Reference;
 use crate::scene::Scene;
 use crate::sparse::condition::Accuracy;
 use crate::springs::affine::AffineStiffness;
-use crate::springs::grouping::{self, Grouping};
+use crate::springs::grouping::{self, Grouping, Request};
 use crate::springs::solver::{GridSprings, SpringOperator, SpringSolver};
 use crate::springs::{bounds, weighting};
 
 use super::body::Body;
+use super::checkpoint::{self, Checkpoint};
 use super::linear_fit::{self, Goal};
 use super::loads::LoadCase;
 use super::network::{self, Lattice};
@@ -37,7 +39,7 @@ pub struct Calibration {
     pub best: usize,
     /// The groups of the best row.
     pub grouping: Grouping,
-    /// Their stiffness phi, N/m (N with the law "axial_rigidity").
+    /// Their stiffness phi, in the unit of the profile: N/m unless the scene says otherwise.
     pub phi: Vec<f64>,
     /// Their upper bounds, like phi.
     pub upper: Vec<f64>,
@@ -60,6 +62,25 @@ pub struct Calibration {
 }
 
 impl Calibration {
+    /// Keeps only some springs, and the groups that still have some.
+    ///
+    /// # Panics
+    /// When there is not one word for every spring.
+    pub fn retain(&mut self, kept: &[bool]) {
+        network::retain(&mut self.stiffness, kept);
+        network::retain(&mut self.grouping.group_of, kept);
+        let mut counts = vec![0; self.grouping.groups.len()];
+        self.grouping.group_of.iter().for_each(|&group| counts[group as usize] += 1);
+        let filled: Vec<bool> = counts.iter().map(|&count| count > 0).collect();
+        let before = |group: usize| filled[..group].iter().filter(|filled| **filled).count() as u32;
+        let numbers: Vec<u32> = (0..filled.len()).map(before).collect();
+        self.grouping.group_of.iter_mut().for_each(|group| *group = numbers[*group as usize]);
+        self.grouping.groups.iter_mut().zip(counts).for_each(|(group, count)| group.springs = count);
+        network::retain(&mut self.grouping.groups, &filled);
+        network::retain(&mut self.phi, &filled);
+        network::retain(&mut self.upper, &filled);
+    }
+
     /// A word where the bounds, not the optimiser, decide: every group is at its upper bound.
     pub fn warning(&self) -> Option<String> {
         let at_bound = |(phi, upper): (&f64, &f64)| *phi >= (1.0 - 1e-9) * upper;
@@ -107,11 +128,12 @@ pub struct Given<'a> {
     pub lattice: &'a Lattice,
 }
 
-/// Fits the network of a scene to the reference.
+/// Fits the network of a scene to the reference; what is finished goes into the checkpoint, what is in it is not done again.
 ///
 /// # Errors
-/// [`Error::Input`] for a name or gamma that is not allowed; those of the optimiser.
-pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
+/// [`Error::Input`] for a name or gamma that is not allowed; those of the optimiser; [`Error::File`] for a checkpoint of
+/// another run or one that cannot be written.
+pub fn calibrate(given: Given, progress: &Progress, checkpoint: &Checkpoint) -> Result<Calibration> {
     let (gammas, groupings) = group(given.scene, given.body, given.lattice)?;
     let goal = linear_fit::goal(&given)?;
     let same = sweep::first_equal(&groupings);
@@ -119,7 +141,7 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
     given.check_memory(distinct.iter().map(|&i| groupings[i].groups.len()).max().unwrap_or(0))?;
     let problems: Vec<SweepProblem> =
         distinct.iter().map(|&i| given.problem(&goal, &groupings[i], i)).collect::<Result<_>>()?;
-    let solved = given.solve(&problems, progress)?;
+    let solved = given.solve(&problems, progress, checkpoint)?;
     let answer = |i: usize| distinct.iter().position(|&d| d == same[i]).unwrap_or(0);
     let sweep: Vec<Row> = (0..gammas.len())
         .map(|i| {
@@ -161,8 +183,11 @@ pub(super) fn group(scene: &Scene, body: &Body, lattice: &Lattice) -> Result<(Ve
         true => scene.calibration.gamma.values()?.into_iter().map(Some).collect(),
         false => vec![None],
     };
-    // the second argument is ignored by a rule that does not use gamma
-    let one = |gamma: &Option<f64>| (rule.group)(&lattice.network, gamma.unwrap_or_default());
+    let usual = Request { groups: scene.springs.groups, ..Request::default() };
+    let one = |gamma: &Option<f64>| {
+        let request = Request { gamma: gamma.unwrap_or(usual.gamma), ..usual };
+        (rule.group)(&lattice.network, &request)
+    };
     let groupings = gammas.iter().map(one).collect::<Result<_>>()?;
     Ok((gammas, groupings))
 }
@@ -196,7 +221,7 @@ impl Given<'_> {
 
     /// The springs and bounds of one grouping.
     fn problem(&self, goal: &Goal, grouping: &Grouping, index: usize) -> Result<SweepProblem<'_>> {
-        let Lattice { network, symbolic, coefficients, spring_bounds, .. } = self.lattice;
+        let Lattice { network, symbolic, factors, coefficients, spring_bounds, .. } = self.lattice;
         let dofs = &self.body.dofs;
         let operator = match symbolic {
             Some(symbolic) => SpringOperator::Assembled {
@@ -208,7 +233,7 @@ impl Given<'_> {
                 SpringOperator::OnGrid(GridSprings { network, grid, dofs, grouping: grouping.clone(), coefficients })
             }
         };
-        let upper = bounds::upper_bounds(network, grouping, spring_bounds, self.scene.springs.law);
+        let upper = bounds::upper_bounds(grouping, spring_bounds, factors);
         Ok(SweepProblem { operator, upper, search: goal.search(self, grouping)?, index })
     }
 
@@ -233,7 +258,7 @@ impl Given<'_> {
     }
 
     /// Runs the optimiser on all problems.
-    fn solve(&self, problems: &[SweepProblem], progress: &Progress) -> Result<Vec<Solved>> {
+    fn solve(&self, problems: &[SweepProblem], progress: &Progress, checkpoint: &Checkpoint) -> Result<Vec<Solved>> {
         let fitted = self.fitted();
         let forces: Vec<f64> = fitted.iter().flat_map(|&c| self.loads[c].load.forces.iter().copied()).collect();
         let targets: Vec<f64> =
@@ -244,9 +269,34 @@ impl Given<'_> {
         let expected = problems.iter().map(|problem| (optimiser.expected_evaluations)(&settings, problem.upper.len()));
         progress.enter("calibration", expected.sum());
         let solver = network::settings(self.scene);
+        let groups: Vec<_> = problems.iter().map(|problem| (problem.index, problem.upper.len())).collect();
+        checkpoint.enter(self.digest(problems, &[&forces, &targets, &weights]), &groups)?;
+        let kept = Kept {
+            known: &|piece| {
+                let known = checkpoint.known(piece)?;
+                progress.advance(known.counts.evaluations);
+                Some(known)
+            },
+            tell: &|piece, outcome| {
+                if !checkpoint.keep(piece, outcome) {
+                    progress.cancel();
+                }
+            },
+        };
+        let dofs = &self.body.dofs;
         let shared =
-            Shared { forces: &forces, reference: &targets, weights: &weights, solver: &solver, dofs: &self.body.dofs };
+            Shared { forces: &forces, reference: &targets, weights: &weights, dofs, solver: &solver, kept: &kept };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
+            .map_err(|error| checkpoint.failure().unwrap_or(error))
+    }
+
+    /// A digest of the numbers that the sweep begins with, and of the path of solution.
+    fn digest(&self, problems: &[SweepProblem], vectors: &[&[f64]]) -> u64 {
+        let Lattice { network, coefficients, choice, .. } = self.lattice;
+        let of_problems = problems.iter().flat_map(|problem| problem.upper.iter().copied());
+        let numbers = vectors.iter().copied().flatten().chain(coefficients).chain(network.positions.iter().flatten());
+        let bits = numbers.copied().chain(of_problems).flat_map(|number| number.to_bits().to_le_bytes());
+        checkpoint::digest(choice.path.name().bytes().chain(bits))
     }
 
     /// Errors of the fitted cases for their displacements (cases x n).

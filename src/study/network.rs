@@ -6,11 +6,13 @@ use crate::error::{Error, Result};
 use crate::scene::Scene;
 use crate::sparse::cholesky::Symbolic;
 use crate::springs::affine;
+use crate::springs::grouping::{self, Request};
+use crate::springs::mechanism;
 use crate::springs::network::Network;
+use crate::springs::profiles::{self, Profile};
 use crate::springs::solver::{self, Choice, GridSprings, Path};
 use crate::springs::topology::{self, Topology};
 use crate::springs::{bounds, weighting};
-use crate::springs::{grouping, mechanism};
 
 use super::body::Body;
 use super::continuum::Continuum;
@@ -36,12 +38,21 @@ pub struct Lattice {
     pub symbolic: Option<Arc<Symbolic>>,
     /// How K(phi) u = f is solved, and why.
     pub choice: Choice,
+    /// p_s: the factor that the profile gives every spring.
+    pub factors: Vec<f64>,
     /// k_s = phi w_s: the coefficient of every spring.
     pub coefficients: Vec<f64>,
     /// Upper bound (4.19) of every spring, N/m.
     pub spring_bounds: Vec<f64>,
     /// What the user should know.
     pub warnings: Vec<String>,
+}
+
+/// Keeps the entries whose flag is set.
+pub(super) fn retain<T>(list: &mut Vec<T>, kept: &[bool]) {
+    assert_eq!(list.len(), kept.len(), "one word for every entry");
+    let mut flags = kept.iter();
+    list.retain(|_| *flags.next().expect("as many as entries"));
 }
 
 /// Builds the network and checks that it is none that moves without resistance.
@@ -77,7 +88,8 @@ pub fn connect(scene: &Scene, body: &Body) -> Result<Lattice> {
         Error::input("springs.topology", format!("there is no topology {name}"), "see `springfit list topologies`")
     })?;
     let network = network_of(topology, body);
-    let coefficients = weighting::coefficients(&network, scene.springs.weighting, scene.springs.law);
+    let factors = (profile(scene)?.factor)(&network, &[]);
+    let coefficients = weighting::coefficients(&network, scene.springs.weighting, &factors);
     let measures = match &body.continuum {
         Continuum::Splines { patch, .. } => {
             bounds::node_measures(&patch.grid(), patch.points(), &body.dofs, body.thickness)
@@ -93,7 +105,18 @@ pub fn connect(scene: &Scene, body: &Body) -> Result<Lattice> {
         ));
     }
     let choice = Choice { path: Path::Multigrid, reason: String::new() };
-    Ok(Lattice { network, symbolic: None, choice, coefficients, spring_bounds, warnings })
+    Ok(Lattice { network, symbolic: None, choice, factors, coefficients, spring_bounds, warnings })
+}
+
+/// The profile of a scene.
+///
+/// # Errors
+/// [`Error::Input`] for an unknown name.
+pub fn profile(scene: &Scene) -> Result<&'static Profile> {
+    let name = &scene.springs.profile;
+    profiles::find(name).ok_or_else(|| {
+        Error::input("springs.profile", format!("there is no profile {name}"), "see `springfit list profiles`")
+    })
 }
 
 /// The springs of a topology: on the control grid of a patch, along the cells of a mesh.
@@ -105,6 +128,16 @@ fn network_of(topology: &Topology, body: &Body) -> Network {
 }
 
 impl Lattice {
+    /// Keeps only some springs; the analysis stays, for its pattern contains theirs.
+    ///
+    /// # Panics
+    /// When there is not one word for every spring.
+    pub fn retain(&mut self, kept: &[bool]) {
+        retain(&mut self.network.springs, kept);
+        retain(&mut self.coefficients, kept);
+        retain(&mut self.spring_bounds, kept);
+    }
+
     fn on_grid(mut self, reason: String) -> Self {
         self.choice = Choice { path: Path::Multigrid, reason };
         self
@@ -112,7 +145,7 @@ impl Lattice {
 
     /// A trial of multigrid with k = 1 for every spring: why to take it, or why not.
     fn try_grid(&self, body: &Body) -> std::result::Result<String, String> {
-        let kinds = (grouping::find("kind").expect("the table has it").group)(&self.network, 0.0)
+        let kinds = (grouping::find("kind").expect("the table has it").group)(&self.network, &Request::default())
             .map_err(|error| error.to_string())?;
         let grid = body.grid().ok_or("the nodes do not lie on a grid")?;
         let ones = vec![1.0; self.network.springs.len()];

@@ -9,7 +9,7 @@ use springfit::report::bench::hard::{double, problems};
 use springfit::sparse::backward_error::Lower;
 use springfit::sparse::cholesky::Factor;
 use springfit::springs::affine::AffineStiffness;
-use springfit::springs::grouping::{self, Grouping};
+use springfit::springs::grouping::{self, Grouping, Request};
 use springfit::springs::mechanism;
 use springfit::springs::network::Network;
 use springfit::springs::solver::{Path, Settings, SpringOperator, SpringSolver};
@@ -23,7 +23,7 @@ fn nodes(grid: &Grid) -> Vec<[f64; 3]> {
 }
 
 fn kinds(network: &Network) -> Grouping {
-    (grouping::find("kind").expect("a rule").group)(network, 0.0).expect("groups")
+    (grouping::find("kind").expect("a rule").group)(network, &Request::default()).expect("groups")
 }
 
 /// A grid of 4 x 4 nodes whose first column is held, springs by kind.
@@ -168,7 +168,7 @@ fn overlapping_or_empty_groups() {
     let network = connect("grid", &grid, &stretched, &dofs);
     let rule = grouping::find("length").expect("a rule");
     for gamma in [0.8, 0.5, 0.2, 0.05, 1e-6] {
-        let found = (rule.group)(&network, gamma).expect("groups");
+        let found = (rule.group)(&network, &Request::with_gamma(gamma)).expect("groups");
         assert_eq!(found.group_of.len(), network.springs.len(), "one group for every spring");
         for (a, group) in found.groups.iter().enumerate() {
             let members: Vec<f64> = (0..network.springs.len())

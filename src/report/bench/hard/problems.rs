@@ -18,7 +18,7 @@ use crate::scene::{self, Scene, Source};
 use crate::sparse::cholesky::Symbolic;
 use crate::springs::affine::{self, AffineStiffness};
 use crate::springs::bounds;
-use crate::springs::grouping::{self, Grouping};
+use crate::springs::grouping::{self, Grouping, Request};
 use crate::springs::network::Kind;
 use crate::springs::solver::SpringOperator;
 use crate::study::body::{self, Body};
@@ -89,11 +89,12 @@ impl Hard {
         let lattice = network::connect(&scene, &body)?;
         let (rule, gamma) = match self.stiffness {
             Stiffness::Ordinary => ("length", 0.1),
-            Stiffness::Spread(_) => ("each", 0.0),
-            Stiffness::WeakDiagonals(_) => ("kind", 0.0),
+            Stiffness::Spread(_) => ("each", 0.1),
+            Stiffness::WeakDiagonals(_) => ("kind", 0.1),
         };
-        let grouping = (grouping::find(rule).expect("the table has it").group)(&lattice.network, gamma)?;
-        let phi = self.phi(&scene, &lattice, &grouping);
+        let grouping =
+            (grouping::find(rule).expect("the table has it").group)(&lattice.network, &Request::with_gamma(gamma))?;
+        let phi = self.phi(&lattice, &grouping);
         let pattern = affine::pattern(&lattice.network, &body.dofs);
         let symbolic = Symbolic::analyse(&pattern, body.spring_order(&pattern)?)?;
         let stiffness = AffineStiffness::new(&lattice.network, &grouping, &lattice.coefficients, &body.dofs, &symbolic);
@@ -101,10 +102,10 @@ impl Hard {
         Ok(Problem { scene, body, lattice, grouping, phi, forces, operator })
     }
 
-    fn phi(&self, scene: &Scene, lattice: &Lattice, grouping: &Grouping) -> Vec<f64> {
+    fn phi(&self, lattice: &Lattice, grouping: &Grouping) -> Vec<f64> {
         match self.stiffness {
             Stiffness::Ordinary => {
-                let upper = bounds::upper_bounds(&lattice.network, grouping, &lattice.spring_bounds, scene.springs.law);
+                let upper = bounds::upper_bounds(grouping, &lattice.spring_bounds, &lattice.factors);
                 upper.iter().map(|upper| FRACTION * upper).collect()
             }
             Stiffness::Spread(decades) => {
