@@ -51,14 +51,24 @@ pub enum Error {
         dof: usize,
     },
     /// The network or body can move without resistance.
-    #[error("the {what} is a mechanism: node {node} can move along {direction} without resistance")]
+    #[error("the {what} is a mechanism with {modes} zero mode{}: {}", if *modes == 1 { "" } else { "s" }, list(motions))]
     Mechanism {
         /// "spring network" or "reference body".
         what: String,
-        /// A node that is loose (index in the control grid).
-        node: usize,
-        /// The axis along which it is loose: x, y or z.
-        direction: char,
+        /// Independent ways to move without resistance.
+        modes: usize,
+        /// The first of them in words, such as "node 5 can move along x".
+        motions: Vec<String>,
+    },
+    /// A run that would need more than there is, or more than the scene allows.
+    #[error("the run needs about {estimate}, and {limit}")]
+    OverLimit {
+        /// What it needs, with its unit.
+        estimate: String,
+        /// What there is, in words with numbers.
+        limit: String,
+        /// What to do.
+        help: String,
     },
     /// A solution whose residual stays too large after refinement.
     #[error("the linear solve is not accurate: backward error {backward_error:.2e}, allowed {limit:.0e}")]
@@ -134,6 +144,28 @@ pub enum Error {
     Interrupted,
 }
 
+/// Most motions that a message names.
+const NAMED_MOTIONS: usize = 6;
+
+/// Motions in one line; the last of many are left out.
+fn list(motions: &[String]) -> String {
+    let mut text = motions.iter().take(NAMED_MOTIONS).map(String::as_str).collect::<Vec<_>>().join(", ");
+    if motions.len() > NAMED_MOTIONS {
+        text += ", ...";
+    }
+    text
+}
+
+/// A direction in words: an axis where it is one, otherwise its components.
+pub fn direction_name(direction: [f64; 3]) -> String {
+    let size = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let unit = direction.map(|x| if size > 0.0 { x / size } else { 0.0 });
+    match unit.iter().position(|x| x.abs() > 1.0 - 1e-6) {
+        Some(axis) => ["x", "y", "z"][axis].to_owned(),
+        None => format!("({:.2}, {:.2}, {:.2})", unit[0], unit[1], unit[2]),
+    }
+}
+
 impl Error {
     /// An [`Error::Input`] for a scene key.
     pub fn input(key: impl Into<String>, message: impl Into<String>, help: impl Into<String>) -> Self {
@@ -155,9 +187,13 @@ impl Error {
             Self::FoldedElement { .. } => {
                 Some("move the control points, or the nodes of the mesh, so that no element folds".into())
             }
+            Self::Mechanism { what, .. } if what.starts_with("reference") => {
+                Some("support more nodes or components, or let support.fix_rigid = true hold what is loose".into())
+            }
             Self::NotPositiveDefinite { .. } | Self::Mechanism { .. } => {
                 Some("support more nodes, or use a topology with diagonals".into())
             }
+            Self::OverLimit { help, .. } => Some(help.clone()),
             Self::Inaccurate { .. } => Some("reduce the spread of the stiffness, or repair flat cells".into()),
             Self::NoEquilibrium { .. } => Some("apply the load in more steps, or reduce it".into()),
             Self::UnstableStep { help, .. } => Some(help.clone()),
@@ -178,6 +214,7 @@ impl Error {
             Self::FoldedElement { .. }
             | Self::NotPositiveDefinite { .. }
             | Self::Mechanism { .. }
+            | Self::OverLimit { .. }
             | Self::Inaccurate { .. }
             | Self::NoEquilibrium { .. }
             | Self::UnstableStep { .. }

@@ -2,8 +2,9 @@
 //!
 //! 1. the body: a patch or a mesh ([`continuum`]), held and tied nodes ([`body`]);
 //! 2. the forces of every load case ([`loads`]);
-//! 3. the continuum reference: K_ref u_ref = f, or its equilibrium under large displacements ([`large`]);
-//! 4. the springs on the same nodes, and one analysis of their pattern ([`network`]);
+//! 3. the springs on the same nodes, and one analysis of their pattern ([`network`]); what the run will take against what it
+//!    may ([`limits`]);
+//! 4. the continuum reference: K_ref u_ref = f, or its equilibrium under large displacements ([`large`]);
 //! 5. groups and bounds for every gamma, the fit of each (Algorithm 5.1), and the errors under fitted and held-out loads
 //!    ([`fit`], and [`linear_fit`] for the objectives other than the displacement);
 //! 6. the same body on a finer mesh, if the scene asks for it: the error of the mesh beside that of the springs ([`converged`]);
@@ -20,6 +21,7 @@ pub mod continuum;
 pub mod converged;
 pub mod fit;
 pub mod large;
+pub mod limits;
 pub mod linear_fit;
 pub mod loads;
 pub mod motion;
@@ -136,10 +138,18 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
 
     let watch = Stopwatch::start();
     progress.enter("body and loads", 0);
+    limits::before_the_body(scene)?;
     let body = body::build(scene)?;
     let scene = body.resolved.clone();
     let mut loads = loads::build(&scene, &body)?;
     timed("geometry", watch);
+
+    let watch = Stopwatch::start();
+    progress.enter("springs", 0);
+    let mut lattice = network::build(&scene, &body)?;
+    plan::admit(&scene, &body, &loads, &lattice)?;
+    progress.check()?;
+    timed("springs", watch);
 
     let watch = Stopwatch::start();
     progress.enter("reference", 0);
@@ -147,12 +157,6 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
     loads::scale(&scene, &mut loads, &mut reference);
     large::answer(&scene, &body, &loads, &mut reference, progress)?;
     timed("reference", watch);
-
-    let watch = Stopwatch::start();
-    progress.enter("springs", 0);
-    let mut lattice = network::build(&scene, &body)?;
-    progress.check()?;
-    timed("springs", watch);
 
     let watch = Stopwatch::start();
     let fit_on = |lattice: &Lattice| {
@@ -187,10 +191,14 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
     let mut warnings = body.warnings.clone();
     warnings.extend(lattice.warnings.iter().cloned());
     warnings.extend(linear_fit::warning(&scene, &body));
+    warnings.extend(loads::warnings(&scene, &loads));
     warnings.extend(large::warnings(&loads, &reference));
+    warnings.extend(reference.accuracy.and_then(|accuracy| accuracy.warning("reference")));
+    warnings.extend(calibration.accuracy.and_then(|accuracy| accuracy.warning("springs")));
     warnings.extend(calibration.warning());
     let moved = dynamics.iter().flat_map(|data| &data.motions);
     warnings.extend(moved.filter_map(|moved| moved.inverted.and_then(|inverted| inverted.warning())));
+    warnings.extend(dynamics.iter().flat_map(|dynamics| dynamics.warnings.iter().cloned()));
     Ok(Study {
         scene,
         body,

@@ -185,6 +185,8 @@ const WRONG_INPUT: &[Expectation] = &[
         10,
         ["load[0].torsion.axis: a body in 2D cannot turn about an axis in its plane", "leave it out, or give \"z\""],
     ),
+    ("limits_memory", 12, ["limits.memory: \"4 gb\" is no amount of memory", "such as \"4 GB\" or \"512 MiB\""]),
+    ("limits_seconds", 12, ["limits.seconds: 0 is not positive", "give a number above 0"]),
     (
         "load_all_held_out",
         10,
@@ -583,7 +585,7 @@ const WRONG_INPUT: &[Expectation] = &[
 
 /// The numbers do not allow it: exit status 3.
 const WRONG_NUMBERS: &[Expectation] = &[
-    ("loose_fit", 0, ["the network that the objective acceleration gives is a mechanism: node", "along"]),
+    ("loose_fit", 0, ["the fitted network is a mechanism with", "can move along"]),
     ("cell_folded", 2, ["element [0] is folded", "or the nodes of the mesh"]),
     ("dynamics_unstable", 16, ["the step of 1e0 s is unstable with leapfrog", "no damping makes this step stable"]),
     (
@@ -591,12 +593,14 @@ const WRONG_NUMBERS: &[Expectation] = &[
         16,
         ["the step of 1e-2 s is unstable with leapfrog: with the largest eigenfrequency", "give alpha = "],
     ),
-    ("mechanism", 12, ["the spring network is a mechanism: node 13 can move along x", "use a topology with diagonals"]),
+    ("mechanism", 12, ["the spring network is a mechanism with 5 zero modes: node", "use a topology with diagonals"]),
+    ("over_memory", 13, ["the run needs about 2.6 GB of memory (512000 nodes", "limits.memory allows 1.0 GB"]),
+    ("over_seconds", 12, ["s, and limits.seconds allows 0.000001 s", "raise limits.seconds"]),
     ("patch_folded", 2, ["element [2, 1] is folded", "move the control points"]),
     (
         "support_one_node",
         7,
-        ["the reference body is a mechanism: node 5 can move along x without resistance", "support more nodes"],
+        ["the reference body is a mechanism with 1 zero mode: it can turn about z", "support.fix_rigid = true"],
     ),
 ];
 

@@ -29,7 +29,7 @@ fn body(name: &str) -> (Patch, DofMap, Lame) {
 
 fn solve(name: &str) -> (Reference, DofMap) {
     let (body, dofs, lame) = body(name);
-    supports::check(body.points(), &dofs).expect("a body that is held");
+    supports::check(body.points(), None, &dofs).expect("a body that is held");
     let points = nurbs::integration_points(&body, 0, 1.0);
     let load = loads::per_node(&dofs, shapes::find(name).expect("a shape").default_force).expect("a load");
     let reach = *body.degree().iter().max().expect("degrees");

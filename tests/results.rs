@@ -17,6 +17,7 @@ const RESULT: &[&str] = &[
     "threads",
     "scene",
     "sizes",
+    "loads",
     "reference",
     "calibration",
     "warnings",
@@ -112,9 +113,10 @@ fn result_is_as_promised(result: &Value) {
     }
     result["converged"]["cases"].as_array().into_iter().flatten().for_each(errors_add_up);
     has_keys(&result["sizes"], SIZES, &[]);
-    has_keys(&result["reference"], REFERENCE, &["path", "iterations", "large"]);
+    has_keys(&result["reference"], REFERENCE, &["path", "iterations", "large", "condition", "forward_error"]);
     let calibration = &result["calibration"];
-    has_keys(calibration, CALIBRATION, &["objective_error", "outside_pattern"]);
+    has_keys(calibration, CALIBRATION, &["objective_error", "outside_pattern", "accuracy"]);
+    assert_eq!(calibration["accuracy"].is_object(), !result["reference"]["large"].is_object());
     let objective = calibration["objective"].as_str().expect("a name");
     assert_eq!(calibration["outside_pattern"].is_number(), objective == "matrix");
     assert_eq!(calibration["objective_error"].is_number(), objective != "formula");

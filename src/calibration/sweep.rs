@@ -15,7 +15,9 @@ use crate::calibration::optimisers::gauss_newton;
 use crate::calibration::pieces::{Kept, NOTHING, Piece, Stage};
 use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
+use crate::geometry::dofs::DofMap;
 use crate::springs::grouping::Grouping;
+use crate::springs::mechanism;
 use crate::springs::solver::{self, SpringOperator};
 
 /// The values start, start - step, ... above 0, descending.
@@ -79,6 +81,8 @@ pub struct Shared<'a> {
     pub reference: &'a [f64],
     /// Weights of the cases, see [`crate::calibration::objectives::displacement::weights`].
     pub weights: &'a [f64],
+    /// The free degrees of freedom, to name loose nodes.
+    pub dofs: &'a DofMap,
     /// How K(phi) u = f is solved while the optimiser searches.
     pub solver: &'a solver::Settings,
     /// Pieces that are known already, and who hears of new ones.
@@ -186,7 +190,14 @@ pub fn solve(
         let settings = exact(&problem.operator, shared.solver);
         let mut exact =
             Displacement::with_solver(target_beside(shared.reference), &settings).watching(&progress.interrupt());
-        let error = exact.error(&outcome.phi)?;
+        let error = exact.error(&outcome.phi).map_err(|error| match (error, problem.operator.assembled()) {
+            (Error::NotPositiveDefinite { dof }, Some((stiffness, symbolic))) => {
+                mechanism::of_groups("fitted network", stiffness, &outcome.phi, shared.dofs, symbolic)
+                    .err()
+                    .unwrap_or(Error::NotPositiveDefinite { dof })
+            }
+            (other, _) => other,
+        })?;
         let error_difference = match problem.search {
             Search::Displacement if error > 0.0 => Some((outcome.error - error).abs() / error),
             Search::Displacement => Some(outcome.error),

@@ -1,6 +1,7 @@
 //! `springfit bench`: speed against error on this machine.
 
 mod corotational;
+mod hard;
 mod tradeoff;
 
 use std::io::IsTerminal;
@@ -38,6 +39,8 @@ pub enum Bench {
     Tradeoff(tradeoff::TradeoffArguments),
     /// A network in motion: springs a second, share of the bandwidth, error of the step
     Step(StepArguments),
+    /// Every path of solution on problems that are as bad as can be: backward and forward error, seconds
+    Hard(hard::HardArguments),
     /// A corotational beam in motion: what a step costs by stage, with every averaging of the strain
     Corotational(corotational::Arguments),
 }
@@ -122,6 +125,7 @@ pub fn run(what: &Bench) -> Result<()> {
         Bench::Growth(arguments) => Ok(run_growth(arguments)?),
         Bench::Tradeoff(arguments) => tradeoff::run(arguments),
         Bench::Step(arguments) => Ok(run_step(arguments)?),
+        Bench::Hard(arguments) => Ok(hard::run(arguments)?),
         Bench::Corotational(arguments) => Ok(corotational::run(arguments)?),
     }
 }

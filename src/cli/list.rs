@@ -4,6 +4,7 @@ use serde_json::{Map, Value, json};
 use springfit::error::Error;
 use springfit::export::EXPORTERS;
 use springfit::export::formats::FORMATS;
+use springfit::report::hard_cases::HARD_CASES;
 use springfit::scene::{Choice, KINDS, Kind};
 
 use super::{Result, terminal};
@@ -22,12 +23,19 @@ fn exporters() -> Vec<Choice> {
     FORMATS.iter().map(|format| Choice { name: format.name, doc: format.doc }).collect()
 }
 
+/// The hard cases; nothing is chosen from them either.
+const HARD_CASE_KIND: Kind = Kind { name: "hard-cases", key: "tests/hard_cases", choices: hard_cases };
+
+fn hard_cases() -> Vec<Choice> {
+    HARD_CASES.iter().map(|case| Choice { name: case.case, doc: case.happens }).collect()
+}
+
 /// Prints one table, or all of them.
 ///
 /// # Errors
 /// An unknown table.
 pub fn run(kind: Option<&str>, json: bool) -> Result<()> {
-    let mut kinds: Vec<&Kind> = KINDS.iter().chain(&OUTPUT_KINDS).collect();
+    let mut kinds: Vec<&Kind> = KINDS.iter().chain(&OUTPUT_KINDS).chain([&HARD_CASE_KIND]).collect();
     let names = kinds.iter().map(|kind| kind.name).collect::<Vec<_>>().join(", ");
     kinds.retain(|table| kind.is_none_or(|name| name == table.name));
     if kinds.is_empty() {

@@ -18,6 +18,7 @@
 //! | [`energy`] | the energies of a motion and their balance |
 //! | [`motion`] | a motion, recorded |
 
+pub mod collapse;
 pub mod corotational;
 pub mod eigen;
 pub mod energy;

@@ -53,6 +53,14 @@ impl DofMap {
         Self::new(dimension, (0..fixed.len() as u32).collect(), fixed)
     }
 
+    /// The same nodes with more components held: node and component of each.
+    pub fn holding(&self, more: &[(usize, usize)]) -> Self {
+        let held = |node: usize| std::array::from_fn(|a| a < self.dimension && self.free(node)[a] == FIXED);
+        let mut fixed: Vec<[bool; 3]> = (0..self.nodes()).map(held).collect();
+        more.iter().for_each(|&(node, component)| fixed[node][component] = true);
+        Self::new(self.dimension, self.master.clone(), &fixed)
+    }
+
     /// Components of a node, 2 or 3.
     pub fn dimension(&self) -> usize {
         self.dimension

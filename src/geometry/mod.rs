@@ -7,6 +7,7 @@ pub mod gauss;
 pub mod grid;
 pub mod grid_mesh;
 pub mod knots;
+pub mod loose;
 pub mod measure;
 pub mod mesh;
 pub mod mesh_files;

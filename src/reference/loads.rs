@@ -20,7 +20,7 @@ use crate::reference::points::{ElementPoints, IntegrationPoints};
 use crate::reference::quadrature::TensorRule;
 
 /// One load case as the solver sees it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Load {
     /// Force on each free degree of freedom in N.
     pub forces: Vec<f64>,
@@ -28,6 +28,8 @@ pub struct Load {
     pub total: [f64; 3],
     /// Sum of the forces that a support takes at once, in N.
     pub held: [f64; 3],
+    /// The nodes at which it takes them, ascending.
+    pub held_nodes: Vec<u32>,
 }
 
 /// A load from one force for each node (N, n x 3). Forces on tied nodes add up.
@@ -39,7 +41,7 @@ pub struct Load {
 /// When there is not one force for each node.
 pub fn nodal(dofs: &DofMap, forces: &[[f64; 3]]) -> Result<Load> {
     assert_eq!(forces.len(), dofs.nodes(), "one force for each node");
-    let mut load = Load { forces: vec![0.0; dofs.len()], total: [0.0; 3], held: [0.0; 3] };
+    let mut load = Load { forces: vec![0.0; dofs.len()], total: [0.0; 3], held: [0.0; 3], held_nodes: Vec::new() };
     for (node, force) in forces.iter().enumerate() {
         if !force.iter().all(|f| f.is_finite()) {
             let message = format!("the force {force:?} on node {node} is not finite");
@@ -48,6 +50,9 @@ pub fn nodal(dofs: &DofMap, forces: &[[f64; 3]]) -> Result<Load> {
         for (i, &dof) in dofs.free(node).iter().enumerate() {
             if dof == FIXED {
                 load.held[i] += force[i];
+                if force[i] != 0.0 && load.held_nodes.last() != Some(&(node as u32)) {
+                    load.held_nodes.push(node as u32);
+                }
             } else {
                 load.forces[dof as usize] += force[i];
                 load.total[i] += force[i];
@@ -65,6 +70,11 @@ pub fn nodal(dofs: &DofMap, forces: &[[f64; 3]]) -> Result<Load> {
 }
 
 impl Load {
+    /// The force in N by which the supports hold the body: what balances all forces, those they take at once included.
+    pub fn reaction(&self) -> [f64; 3] {
+        [0, 1, 2].map(|i| -(self.total[i] + self.held[i]))
+    }
+
     /// The same load times `factor`.
     pub fn scale(&mut self, factor: f64) {
         self.forces.iter_mut().for_each(|f| *f *= factor);

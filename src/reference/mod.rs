@@ -43,14 +43,17 @@ pub mod transfer;
 use nalgebra_sparse::CsrMatrix;
 
 use crate::clock::{Interrupt, Stopwatch};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::dofs::DofMap;
+use crate::geometry::loose::mechanism;
 use crate::reference::corotational::statics::Large;
 use crate::reference::loads::Load;
 use crate::reference::material::Lame;
 use crate::reference::matrix_free::solve::Limits;
 use crate::reference::points::IntegrationPoints;
 use crate::sparse::cholesky::Symbolic;
+use crate::sparse::condition::Accuracy;
+use crate::sparse::zero_modes::zero_modes;
 
 /// Iterations after which conjugate gradients are given up and the matrix is factored.
 const ITERATIONS: usize = 1000;
@@ -80,6 +83,8 @@ pub struct Reference {
     pub backward_error: f64,
     /// How the cases were solved under large displacements; none for a body that is linear.
     pub large: Option<Large>,
+    /// How sure the solutions are, on the direct path.
+    pub accuracy: Option<Accuracy>,
     /// Seconds for all of it.
     pub seconds: f64,
 }
@@ -129,8 +134,8 @@ impl Reference {
     /// degrees of freedom).
     ///
     /// # Errors
-    /// [`crate::error::Error::FoldedElement`], [`crate::error::Error::NotPositiveDefinite`],
-    /// [`crate::error::Error::Inaccurate`]; call [`supports::check`] first to name a body that is not held.
+    /// [`crate::error::Error::FoldedElement`], [`crate::error::Error::Mechanism`] of a body whose pieces hang together
+    /// loosely, [`crate::error::Error::Inaccurate`]; call [`supports::check`] first to name a body that is not held.
     pub fn solve(
         points: &IntegrationPoints,
         lame: Lame,
@@ -179,7 +184,13 @@ impl Reference {
         let stiffness = stiffness::stiffness(points, lame, dofs, &pattern)?;
         let symbolic = Symbolic::analyse(&pattern, order)?;
         let right: Vec<&[f64]> = loads.iter().map(|load| load.forces.as_slice()).collect();
-        let solved = statics::solve(&stiffness, &symbolic, &right)?;
+        let solved = statics::solve(&stiffness, &symbolic, &right).map_err(|error| match error {
+            Error::NotPositiveDefinite { .. } => {
+                let modes = zero_modes(&symbolic, &symbolic.lower_of(&stiffness));
+                if modes.count == 0 { error } else { mechanism("reference body", &modes, dofs) }
+            }
+            other => other,
+        })?;
         Ok(Self {
             frobenius: stiffness
                 .row_iter()
@@ -190,7 +201,8 @@ impl Reference {
             path: Path::Direct { reason },
             cases: Case::of_all(dofs, loads, solved.displacements),
             measure: points.measure()?,
-            backward_error: solved.backward_error,
+            backward_error: solved.accuracy.backward_error,
+            accuracy: Some(solved.accuracy),
             large: None,
             seconds: watch.seconds(),
         })
@@ -225,6 +237,7 @@ impl Reference {
             measure: found.volume / points.thickness(),
             backward_error: found.backward_error,
             large: None,
+            accuracy: None,
             seconds: watch.seconds(),
         }))
     }

@@ -8,36 +8,40 @@ use std::sync::Arc;
 
 use nalgebra_sparse::CsrMatrix;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::dofs::{DofMap, FIXED};
 use crate::reference::material::Lame;
 use crate::reference::points::IntegrationPoints;
 use crate::reference::stiffness::internal_forces;
 use crate::sparse::cholesky::{Factor, Symbolic};
+use crate::sparse::condition::Accuracy;
 
 /// Displacements of all load cases.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium {
     /// Displacement of each free degree of freedom in m, one vector a load case.
     pub displacements: Vec<Vec<f64>>,
-    /// Largest componentwise backward error of the solutions.
-    pub backward_error: f64,
+    /// How sure they are, the worst of all load cases.
+    pub accuracy: Accuracy,
 }
 
 /// Solves K u = f for each of `loads` (N, one number for each free degree of freedom).
 ///
 /// # Errors
-/// [`crate::error::Error::NotPositiveDefinite`] when the body can move freely;
+/// [`crate::error::Error::NotPositiveDefinite`] with a loose unknown when the body can move freely;
 /// [`crate::error::Error::Inaccurate`] when a solution stays inaccurate after refinement.
 pub fn solve(stiffness: &CsrMatrix<f64>, symbolic: &Arc<Symbolic>, loads: &[&[f64]]) -> Result<Equilibrium> {
     let mut factor = Factor::new(Arc::clone(symbolic));
     factor.load(stiffness);
-    factor.refactor()?;
+    if let Some(modes) = factor.refactor_or_count()? {
+        return Err(Error::NotPositiveDefinite { dof: modes.loosest() });
+    }
     let right = loads.concat();
     let mut solved = vec![0.0; right.len()];
-    let backward_error = factor.solve(&right, &mut solved)?;
+    factor.solve(&right, &mut solved)?;
+    let accuracy = factor.accuracy(&right, &solved);
     let size = symbolic.len().max(1);
-    Ok(Equilibrium { displacements: solved.chunks(size).map(<[f64]>::to_vec).collect(), backward_error })
+    Ok(Equilibrium { displacements: solved.chunks(size).map(<[f64]>::to_vec).collect(), accuracy })
 }
 
 /// Subtracts from `forces` (free degrees of freedom, N) what it takes to hold the body in the shape `given` (m, n x 3).

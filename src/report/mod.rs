@@ -8,11 +8,13 @@
 //! | [`motion`] | its part about masses, steps and motions |
 //! | [`summary`] | what a person reads after a run or a check |
 //! | [`reproduce`] | tables and experiments of the sources, theirs beside ours |
+//! | [`hard_cases`] | the hard cases and what happens in each |
 //! | [`mod@bench`] | speed against error on this machine |
 
 pub mod bench;
 pub mod budget;
 pub mod converged;
+pub mod hard_cases;
 pub mod motion;
 pub mod reproduce;
 pub mod result;

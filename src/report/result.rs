@@ -27,6 +27,7 @@ pub struct Document<'a> {
     threads: usize,
     scene: &'a Scene,
     sizes: Sizes,
+    loads: Vec<LoadCase<'a>>,
     reference: Reference,
     calibration: Calibration<'a>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -52,10 +53,34 @@ struct Reference {
     stiffness_frobenius: f64,
     measure: f64,
     backward_error: f64,
+    /// Estimates, on the direct path: kappa_1 of K, and a bound of the relative error of the displacements.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    condition: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    forward_error: Option<f64>,
     /// Equilibrium under large displacements: Newton's iterations, factorisations, forces out of balance.
     #[serde(skip_serializing_if = "Option::is_none")]
     large: Option<Large>,
     seconds: f64,
+}
+
+/// A load case: its force on the free nodes, what the supports take at once, and all they hold, N.
+#[derive(Debug, Serialize)]
+struct LoadCase<'a> {
+    name: &'a str,
+    fit: bool,
+    force: [f64; 3],
+    held_force: [f64; 3],
+    reaction: [f64; 3],
+}
+
+/// How sure the displacements of the calibrated network are: componentwise backward error, kappa_1 of K(phi), and a bound
+/// of the relative error of the displacements, the last two estimated.
+#[derive(Debug, Serialize)]
+struct Accuracy {
+    backward_error: f64,
+    condition: f64,
+    forward_error: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -90,6 +115,9 @@ struct Calibration<'a> {
     sweep: Vec<Row<'a>>,
     counts: Counts,
     solver: Solver<'a>,
+    /// Absent under large displacements.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    accuracy: Option<Accuracy>,
     trace: Vec<(f64, u64, f64)>,
 }
 
@@ -171,6 +199,7 @@ impl<'a> Document<'a> {
             threads: rayon::current_num_threads(),
             scene: &study.scene,
             sizes: Sizes::of(&study.body, &study.lattice, found.grouping.groups.len()),
+            loads: loads(study),
             reference: reference(study),
             calibration: calibration(study),
             converged: converged::document(study),
@@ -191,6 +220,17 @@ impl<'a> Document<'a> {
     }
 }
 
+fn loads(study: &Study) -> Vec<LoadCase<'_>> {
+    let loads = study.loads.iter().map(|case| LoadCase {
+        name: &case.name,
+        fit: case.fit,
+        force: case.load.total,
+        held_force: case.load.held,
+        reaction: case.load.reaction(),
+    });
+    loads.collect()
+}
+
 fn reference(study: &Study) -> Reference {
     let case = &study.reference.cases[0];
     let (path, iterations) = match &study.reference.path {
@@ -207,6 +247,8 @@ fn reference(study: &Study) -> Reference {
         stiffness_frobenius: study.reference.stiffness_frobenius(),
         measure: study.reference.measure,
         backward_error: study.reference.backward_error,
+        condition: study.reference.accuracy.map(|accuracy| accuracy.condition),
+        forward_error: study.reference.accuracy.map(|accuracy| accuracy.forward_error),
         large: study.reference.large.as_ref().map(|large| Large {
             load_steps: study.scene.reference.load_steps,
             newton_iterations: large.iterations,
@@ -256,6 +298,11 @@ fn calibration(study: &Study) -> Calibration<'_> {
             rejected: found.counts.rejected,
         },
         solver: solver(study, best),
+        accuracy: found.accuracy.map(|sure| Accuracy {
+            backward_error: sure.backward_error,
+            condition: sure.condition,
+            forward_error: sure.forward_error,
+        }),
         trace: best.outcome.trace.iter().map(|p| (p.seconds, p.refactorisations, p.error)).collect(),
     }
 }

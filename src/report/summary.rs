@@ -24,11 +24,12 @@ pub fn run(study: &Study) -> String {
         sizes(&Sizes::of(&study.body, &study.lattice, found.grouping.groups.len()))
     ));
     line(format!(
-        "reference: {}, measure {:.6}, u_max {:.6} m, backward error {:.1e}, {:.3} s",
+        "reference: {}, measure {:.6}, u_max {:.6} m, backward error {:.1e}{}, {:.3} s",
         study.body.method.name,
         study.reference.measure,
         study.reference.cases.iter().fold(0.0, |a: f64, c| a.max(c.u_max)),
         study.reference.backward_error,
+        study.reference.accuracy.map_or(String::new(), |sure| format!(", condition {:.0e}", sure.condition)),
         study.reference.seconds
     ));
     line(format!(
@@ -74,6 +75,12 @@ pub fn run(study: &Study) -> String {
     }
     if let Some(words) = objective(study) {
         line(words);
+    }
+    if let Some(sure) = &found.accuracy {
+        line(format!(
+            "springs: backward error {:.1e}, condition {:.0e}, displacements to {:.0e} or better",
+            sure.backward_error, sure.condition, sure.forward_error
+        ));
     }
     line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
     if let Some(outcome) = &study.budget {

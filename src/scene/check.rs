@@ -20,6 +20,7 @@ use reference::{check_reference, named_method};
 use super::check_load;
 use super::choices::{known, names};
 use super::dynamics;
+use super::limits;
 use super::{BoxRegion, Gamma, GammaSweep, Kinematics, Plane, Scene, Solver};
 
 /// Most groups that a grouping may be asked for.
@@ -44,6 +45,7 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     within("springs.groups", scene.springs.groups, 1, MOST_GROUPS)?;
     calibration::check(&scene.calibration)?;
     check_solver(&scene.solver)?;
+    limits::check(&scene.limits)?;
     budget::check(scene)?;
     if let Some(dynamics) = &scene.dynamics {
         dynamics::check(scene, dynamics)?;

@@ -111,6 +111,10 @@ fn key_of(error: &Error, text: &str, document: &Document<&str>) -> Option<String
             let topology = given("springs.topology").filter(|_| what.starts_with("spring"));
             Some(topology.map_or("support".into(), |entry| entry.key))
         }
+        Error::OverLimit { limit, .. } => {
+            let key = ["limits.memory", "limits.seconds"].into_iter().find(|key| limit.starts_with(key));
+            Some(key.unwrap_or("geometry.control_points").into())
+        }
         Error::UnstableStep { .. } | Error::NotConverged { .. } | Error::BlowUp { .. } => Some("dynamics.step".into()),
         _ => None,
     }

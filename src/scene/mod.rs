@@ -1,7 +1,7 @@
 //! A scene: the TOML text of a user as checked values.
 //!
 //! One settings struct a room below: what `[geometry]`, `[material]`, `[support]`, `[[load]]`, `[reference]`,
-//! `[springs]`, `[calibration]`, `[solver]` and `[dynamics]` may say. SI units throughout. The way of a scene:
+//! `[springs]`, `[calibration]`, `[solver]`, `[limits]` and `[dynamics]` may say. SI units throughout. The way of a scene:
 //!
 //! ```text
 //! text --set--> text --toml--> Scene --check--> Scene + warnings --resolve--> Scene with every default written out
@@ -22,6 +22,7 @@ mod choices;
 mod converged;
 mod dynamics;
 mod entries;
+mod limits;
 mod load;
 mod located;
 mod overrides;
@@ -44,6 +45,7 @@ pub use check::{check, check_body, check_method};
 pub use choices::{Choice, KINDS, Kind};
 pub use converged::Converged;
 pub use dynamics::{Dynamics, Initial, Linear, Masses, Model, Step};
+pub use limits::{Limits, Memory};
 pub use load::{Bending, Load, PatchForce, Place, PointForce, RandomSmooth, Torsion, Traction};
 pub use located::{Located, Source};
 pub use parse::{Input, LARGEST_FILE, parse, read};
@@ -88,12 +90,19 @@ pub struct Scene {
     /// How the springs are solved.
     #[serde(default)]
     pub solver: Solver,
+    /// What a run may take.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub limits: Limits,
     /// How wrong and how slow the network may be; absent: the network is built as the other tables say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub budget: Option<Budget>,
     /// Masses, damping and motion; absent: none of them is computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dynamics: Option<Dynamics>,
+}
+
+fn is_default(limits: &Limits) -> bool {
+    *limits == Limits::default()
 }
 
 impl Scene {

@@ -33,6 +33,9 @@ pub struct Support {
     /// Components that are held; default: all that the body has.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub components: Option<Vec<Axis>>,
+    /// Holds the rigid motions that all tables leave free, by as few components as it takes (six of a free solid); default
+    /// false: a body that can move as a whole is an error.
+    pub fix_rigid: bool,
 }
 
 /// `[support]` or `[[support]]`.

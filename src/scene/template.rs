@@ -12,7 +12,9 @@ use crate::geometry::shapes;
 use crate::reference::methods::{METHODS, default_for};
 
 use super::choices::{known, names};
-use super::{Calibration, Geometry, Load, Material, Reference, Scene, Solver, Springs, Support, resolve, schema};
+use super::{
+    Calibration, Geometry, Limits, Load, Material, Reference, Scene, Solver, Springs, Support, resolve, schema,
+};
 
 /// Force on every free node of a mesh, N: gravity-like, so that every body bends.
 const MESH_FORCE: [f64; 3] = [0.0, -10.0, -10.0];
@@ -56,6 +58,7 @@ fn example(name: &str, fixed_face: &str, force: &[f64]) -> Scene {
         springs: Springs::default(),
         calibration: Calibration::default(),
         solver: Solver::default(),
+        limits: Limits::default(),
         budget: None,
         dynamics: None,
     }

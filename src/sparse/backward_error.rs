@@ -47,7 +47,8 @@ pub fn residual(lower: Lower, x: &[f64], b: &[f64], residual: &mut [f64], scale:
     worst_ratio(residual, scale)
 }
 
-fn worst_ratio(residual: &[f64], scale: &[f64]) -> f64 {
+/// max_i |r_i| / s_i over the entries that are not 0; infinite where one is no number.
+pub(crate) fn worst_ratio(residual: &[f64], scale: &[f64]) -> f64 {
     let mut worst = 0.0_f64;
     for (r, s) in residual.iter().zip(scale) {
         if !(r.is_finite() && s.is_finite()) {

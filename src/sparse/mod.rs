@@ -17,12 +17,15 @@
 //! | `multifrontal` | the numbers of a factor, front by front, branches of its tree side by side |
 //! | [`equilibrium`] | where an energy and a load balance: Newton's method on one pattern |
 //! | [`backward_error`] | how well a solution satisfies its equations |
+//! | [`condition`] | how much a solve amplifies errors, estimated from a few solves |
+//! | [`zero_modes`] | how many ways there are to move without resistance, and which |
 
 pub mod assemble;
 pub mod backward_error;
 pub mod block_jacobi;
 pub mod cg;
 pub mod cholesky;
+pub mod condition;
 pub mod equilibrium;
 pub mod fast_diagonalisation;
 mod multifrontal;
@@ -33,3 +36,4 @@ pub mod product;
 pub mod single;
 mod sweep;
 pub mod vectors;
+pub mod zero_modes;

@@ -143,6 +143,11 @@ impl Members {
 }
 
 impl Member {
+    /// Unknowns of the two ends, direction and w.
+    pub(super) fn parts(&self) -> ([[u32; 3]; 2], [f64; 3], f64) {
+        (self.ends, self.direction, self.coefficient)
+    }
+
     /// out += phi w b (b . u).
     fn add_force(&self, phi: f64, u: &[f64], out: &mut [f64]) {
         let [a, b] = self.ends;

@@ -5,7 +5,8 @@
 //! limits phi; [`affine`] turns phi into the stiffness matrix, [`members`] multiplies with its parts. [`solver`] solves with it for one phi after another, by
 //! factors or by iterations with an old or rough factor, and [`prediction`] says which is cheaper. On fine grids
 //! [`stencil`] multiplies with K(phi) without storing it, and [`multigrid_solver`] solves. [`damping`] is for bodies that
-//! move. [`force`] is the force of one spring, [`statics`] the equilibrium of all under large displacements, [`formulas`] are stiffnesses from the literature.
+//! move. [`mechanism`] finds networks that move without resistance, [`residual`] says how well a solution holds. [`force`] is the
+//! force of one spring, [`statics`] the equilibrium of all under large displacements, [`formulas`] are stiffnesses from the literature.
 
 pub mod affine;
 pub mod bounds;
@@ -14,12 +15,14 @@ pub mod force;
 pub mod formulas;
 pub mod grouping;
 mod iterative;
+pub mod mechanism;
 pub mod members;
 mod mesh_topology;
 pub mod multigrid_solver;
 pub mod network;
 pub mod prediction;
 pub mod profiles;
+pub mod residual;
 pub mod solver;
 pub mod statics;
 pub mod stencil;

@@ -56,11 +56,9 @@ pub fn build(scene: &Scene) -> Result<Body> {
         _ => Plane::Stress,
     };
     let lame = material.lame(dimension, plane)?;
-    let dofs = dofs(&resolved, &continuum)?;
-    supports::check(continuum.positions(), &dofs)?;
-    if let Continuum::Elements { mesh, .. } = &continuum {
-        supports::check_pieces(mesh, &dofs)?;
-    }
+    let (dofs, chosen) = dofs(&resolved, &continuum)?;
+    warnings.extend(held_by_us(&chosen));
+    supports::check(continuum.positions(), continuum.mesh(), &dofs)?;
     let thickness = resolved.reference.thickness.unwrap_or(1.0);
     let extra_points = resolved.reference.extra_gauss_points;
     warnings.extend(material.locking_warning(dimension, plane));
@@ -69,16 +67,32 @@ pub fn build(scene: &Scene) -> Result<Body> {
         // asked now, for it is needed at the end only
         body.patch()?;
     }
-    if scene.geometry.file.is_some() {
-        // our own shapes are as we made them (the torus is left-handed by its grid order): nothing to tell about those
-        let remarks = body.integration_points()?.warnings().to_vec();
+    let from_file = scene.geometry.file.is_some();
+    if from_file || body.continuum.mesh().is_some() {
+        let points = body.integration_points()?;
+        // folds are found before anything is built on them; the patches of our own shapes have none
+        points.measure()?;
+        // and those are as we made them (the torus is left-handed by its grid order): nothing to tell about them
+        let remarks = if from_file { points.warnings().to_vec() } else { Vec::new() };
+        drop(points);
         body.warnings.extend(remarks);
     }
     Ok(body)
 }
 
-/// Ties and supports of the nodes.
-fn dofs(scene: &Scene, continuum: &Continuum) -> Result<DofMap> {
+/// A word about the components that `support.fix_rigid` holds.
+fn held_by_us(chosen: &[(usize, usize)]) -> Option<String> {
+    let names: Vec<String> = chosen.iter().map(|&(node, i)| format!("{} of node {node}", ["x", "y", "z"][i])).collect();
+    (!chosen.is_empty()).then(|| {
+        format!(
+            "support.fix_rigid holds {}: these take whatever of a load is not in balance with itself",
+            names.join(", ")
+        )
+    })
+}
+
+/// Ties and supports of the nodes, and the components that `support.fix_rigid` adds to them.
+fn dofs(scene: &Scene, continuum: &Continuum) -> Result<(DofMap, Vec<(usize, usize)>)> {
     let (dimension, points) = (continuum.dimension(), continuum.positions());
     let master = match scene.geometry.merge_seam {
         true => tie_coincident(points, SEAM * extent(points)),
@@ -95,11 +109,16 @@ fn dofs(scene: &Scene, continuum: &Continuum) -> Result<DofMap> {
             fixed[node as usize].iter_mut().zip(components).for_each(|(fixed, held)| *fixed |= held);
         }
     }
-    let dofs = DofMap::new(dimension, master, &fixed);
+    let mut dofs = DofMap::new(dimension, master, &fixed);
+    let mut chosen = Vec::new();
+    if scene.support.tables().iter().any(|support| support.fix_rigid) {
+        chosen = supports::hold_loose(points, continuum.mesh(), &dofs);
+        dofs = dofs.holding(&chosen);
+    }
     if dofs.is_empty() {
         return Err(Error::input("support", "holds every node", "leave at least one free"));
     }
-    Ok(dofs)
+    Ok((dofs, chosen))
 }
 
 /// The nodes that one table of the supports names; `key` is its key.
@@ -114,7 +133,7 @@ fn held(support: &scene::Support, key: &str, continuum: &Continuum) -> Result<Ve
     if let Some(region) = &support.r#box {
         held.extend(box_nodes(region, continuum.positions()));
     }
-    if held.is_empty() {
+    if held.is_empty() && !support.fix_rigid {
         let help = "name a face (x-, x+, y-, ...), a node, a set, or a box that contains some";
         return Err(Error::input(key, "holds no node", help));
     }
@@ -162,7 +181,7 @@ impl Body {
     pub fn refined(&self, elevations: usize, halvings: usize) -> Result<Self> {
         let (patch, points) = self.splines()?;
         let continuum = Continuum::Splines { patch: refine::refined(patch, elevations, halvings)?, points };
-        let dofs = dofs(&self.resolved, &continuum)?;
+        let (dofs, _) = dofs(&self.resolved, &continuum)?;
         let (resolved, warnings) = (self.resolved.clone(), Vec::new());
         Ok(Self { resolved, continuum, dofs, warnings, ..*self })
     }

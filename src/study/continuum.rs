@@ -61,6 +61,14 @@ impl Continuum {
         }
     }
 
+    /// The mesh, if it is one.
+    pub fn mesh(&self) -> Option<&Mesh> {
+        match self {
+            Self::Splines { .. } => None,
+            Self::Elements { mesh, .. } => Some(mesh),
+        }
+    }
+
     /// The grid of the nodes; a mesh from a file has none.
     pub fn grid(&self) -> Option<Grid> {
         match self {

@@ -16,6 +16,7 @@ use crate::clock::{Interrupt, Progress};
 use crate::error::{Error, Result};
 use crate::reference::Reference;
 use crate::scene::Scene;
+use crate::sparse::condition::Accuracy;
 use crate::springs::affine::AffineStiffness;
 use crate::springs::grouping::{self, Grouping, Request};
 use crate::springs::solver::{GridSprings, SpringOperator, SpringSolver};
@@ -47,6 +48,8 @@ pub struct Calibration {
     pub stiffness: Vec<f64>,
     /// Displacements of the network, one vector over the free dofs for each load case, m.
     pub displacements: Vec<Vec<f64>>,
+    /// How sure they are, the worst of all; none under large displacements, where they balance forces instead.
+    pub accuracy: Option<Accuracy>,
     /// Errors of each load case, percent.
     pub errors: Vec<Errors>,
     /// Errors over the fitted cases, percent.
@@ -290,9 +293,11 @@ impl Given<'_> {
                 }
             },
         };
-        let shared = Shared { forces: &forces, reference: &targets, weights: &weights, solver: &solver, kept: &kept };
+        let dofs = &self.body.dofs;
+        let shared =
+            Shared { forces: &forces, reference: &targets, weights: &weights, dofs, solver: &solver, kept: &kept };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
-            .map_err(|error| checkpoint.failure().unwrap_or_else(|| self.loose(error)))
+            .map_err(|error| checkpoint.failure().unwrap_or(error))
     }
 
     /// A digest of the numbers that the sweep begins with, and of the path of solution.
@@ -313,11 +318,16 @@ impl Given<'_> {
         }
     }
 
-    /// Displacements of the network with `phi` under all loads (cases x n), m.
-    fn under_all_loads(&self, problem: &SweepProblem, grouping: &Grouping, phi: &[f64]) -> Result<Vec<f64>> {
+    /// Displacements of the network with `phi` under all loads (cases x n), m, and how sure they are where they are linear.
+    fn under_all_loads(
+        &self,
+        problem: &SweepProblem,
+        grouping: &Grouping,
+        phi: &[f64],
+    ) -> Result<(Vec<f64>, Option<Accuracy>)> {
         if large::is_asked(self.scene) {
             let all: Vec<usize> = (0..self.loads.len()).collect();
-            return large::network(self, grouping, phi, &all, &Interrupt::default());
+            return Ok((large::network(self, grouping, phi, &all, &Interrupt::default())?, None));
         }
         let forces: Vec<f64> = self.loads.iter().flat_map(|case| case.load.forces.iter().copied()).collect();
         let settings = sweep::exact(&problem.operator, &network::settings(self.scene));
@@ -325,20 +335,8 @@ impl Given<'_> {
         let mut displacement = vec![0.0; forces.len()];
         solver.set(phi)?;
         solver.solve(&forces, &mut displacement, settings.tolerance)?;
-        Ok(displacement)
-    }
-
-    /// A network that lost its stiffness in a fit that never solved it: the node that is loose.
-    fn loose(&self, error: Error) -> Error {
-        let objective = &self.scene.calibration.objective;
-        match error {
-            Error::NotPositiveDefinite { dof } if objective != "displacement" => {
-                let (node, component) = self.body.dofs.owner(dof);
-                let what = format!("network that the objective {objective} gives");
-                Error::Mechanism { what, node, direction: ['x', 'y', 'z'][component] }
-            }
-            other => other,
-        }
+        let accuracy = solver.accuracy(&problem.operator.members(), phi, &forces, &displacement)?;
+        Ok((displacement, Some(accuracy)))
     }
 
     /// Errors of the fitted cases for their displacements (cases x n).
@@ -358,7 +356,7 @@ impl Given<'_> {
     ) -> Result<Calibration> {
         let phi = sweep[best].outcome.phi.clone();
         let n = self.body.dofs.len();
-        let displacement = self.under_all_loads(problem, &grouping, &phi)?;
+        let (displacement, accuracy) = self.under_all_loads(problem, &grouping, &phi)?;
         let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
         let pairs = self.reference.cases.iter().zip(&displacements);
         let errors = pairs.map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();
@@ -381,6 +379,7 @@ impl Given<'_> {
             grouping,
             phi,
             displacements,
+            accuracy,
             errors,
             counts,
         })

@@ -33,6 +33,23 @@ pub fn build(scene: &Scene, body: &Body) -> Result<Vec<LoadCase>> {
     (0..scene.load.len()).map(one).collect()
 }
 
+/// A word about every load that is listed for a held component of a node: its support takes it at once.
+pub fn warnings(scene: &Scene, loads: &[LoadCase]) -> Vec<String> {
+    let of = |(i, case): (usize, &LoadCase)| {
+        let given = &scene.load[i];
+        let listed = given.point.is_some() || given.patch.is_some() || given.file.is_some();
+        let first = *case.load.held_nodes.first().filter(|_| listed)?;
+        let more = case.load.held_nodes.len() - 1;
+        let others = if more > 0 { format!(" and {more} more") } else { String::new() };
+        Some(format!(
+            "load[{i}] acts on held components of node {first}{others}: {:?} N go straight into the support and are part \
+             of its reaction",
+            case.load.held
+        ))
+    };
+    loads.iter().enumerate().filter_map(of).collect()
+}
+
 /// The error of one case with the key of its table.
 fn at_case(error: Error, case: usize) -> Error {
     match error {

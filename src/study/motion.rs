@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 use crate::calibration::errors::global_strain;
 use crate::clock::{Progress, Stopwatch};
+use crate::dynamics::collapse;
 use crate::dynamics::external::External;
 use crate::dynamics::integrator::{self, Integrator};
 use crate::dynamics::model::Model;
@@ -52,6 +53,8 @@ pub struct Dynamics {
     pub damping_range: Vec<[f64; 2]>,
     /// One motion for every alpha; none when the scene moves nothing.
     pub motions: Vec<Moved>,
+    /// What happened in them that the user should know.
+    pub warnings: Vec<String>,
 }
 
 /// A body that was moved.
@@ -109,8 +112,9 @@ pub fn run(given: Given, found: &Calibration, progress: &Progress) -> Result<Opt
     let (limits, damping_range) = mover.limits(continuum.as_ref(), progress)?;
     let motions = if settings.moves() { mover.move_all(continuum.as_ref(), &limits, progress)? } else { vec![] };
     let damping = limits[0].alpha.map(|alpha| mover.damping(alpha));
+    let warnings = mover.collapses(&motions);
     let (masses, dofs) = (mover.masses, mover.dofs.into_owned());
-    Ok(Some(Dynamics { integrator, dofs, masses, damping, limits, damping_range, motions }))
+    Ok(Some(Dynamics { integrator, dofs, masses, damping, limits, damping_range, motions, warnings }))
 }
 
 /// Masses of the nodes (3.11, 3.12), kg.
@@ -145,6 +149,23 @@ pub fn announce(settings: &scene::Dynamics, kinematics: scene::Kinematics) -> St
 }
 
 impl Mover<'_> {
+    /// A word about springs that folded up.
+    fn collapses(&self, motions: &[Moved]) -> Vec<String> {
+        let network = &self.given.lattice.network;
+        let of = |moved: &Moved| {
+            let found = collapse::find(network, self.dofs(), &moved.motion.times, &moved.motion.frames)?;
+            let [a, b] = found.nodes;
+            Some(format!(
+                "{} of {} springs passed through zero length, the first between nodes {a} and {b} by {:.4e} s: the motion is \
+                 beyond what springs can stand for from there on",
+                found.springs,
+                network.springs.len(),
+                found.time
+            ))
+        };
+        motions.iter().filter_map(of).collect()
+    }
+
     fn dofs(&self) -> &DofMap {
         &self.dofs
     }

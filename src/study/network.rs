@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::scene::Scene;
-use crate::sparse::cholesky::{Factor, Symbolic};
-use crate::springs::affine::{self, AffineStiffness};
+use crate::sparse::cholesky::Symbolic;
+use crate::springs::affine;
 use crate::springs::grouping::{self, Request};
+use crate::springs::mechanism;
 use crate::springs::network::Network;
 use crate::springs::profiles::{self, Profile};
 use crate::springs::solver::{self, Choice, GridSprings, Path};
@@ -15,9 +16,7 @@ use crate::springs::{bounds, weighting};
 
 use super::body::Body;
 use super::continuum::Continuum;
-
-/// A pivot below this fraction of its diagonal entry is zero up to rounding.
-const LOOSE: f64 = 1e-13;
+use super::limits::Allowance;
 
 /// Free degrees of freedom in space from which multigrid is tried.
 const MULTIGRID_FROM: usize = 20_000;
@@ -59,7 +58,7 @@ pub(super) fn retain<T>(list: &mut Vec<T>, kept: &[bool]) {
 /// Builds the network and checks that it is none that moves without resistance.
 ///
 /// # Errors
-/// [`Error::Mechanism`] with a loose node; [`Error::Input`] for an unknown topology.
+/// [`Error::Mechanism`] with the loose nodes; [`Error::OverLimit`]; [`Error::Input`] for an unknown topology.
 pub fn build(scene: &Scene, body: &Body) -> Result<Lattice> {
     let lattice = connect(scene, body)?;
     let fine = body.dofs.len() >= MULTIGRID_FROM && body.dofs.dimension() == 3;
@@ -172,40 +171,18 @@ impl Lattice {
     /// The lattice on a path with factors: analysed, and checked for loose nodes. `instead`: why not multigrid.
     ///
     /// # Errors
-    /// [`Error::Mechanism`] with a loose node.
+    /// [`Error::Mechanism`] with the loose nodes; [`Error::OverLimit`] for a factor that does not fit.
     pub fn analysed(mut self, scene: &Scene, body: &Body, instead: Option<&str>) -> Result<Self> {
         let pattern = affine::pattern(&self.network, &body.dofs);
         let symbolic = Symbolic::analyse(&pattern, body.spring_order(&pattern)?)?;
+        Allowance::of(scene)?.admit("one factor of the springs", symbolic.factor_bytes() as f64)?;
         self.choice = solver::choose(&settings(scene), &symbolic);
         if let Some(instead) = instead {
             self.choice.reason += &format!("; not multigrid: {instead}");
         }
-        self.check_stiff(body, &symbolic)?;
+        let all = vec![true; self.network.springs.len()];
+        mechanism::check("spring network", &self.network, &all, &body.dofs, &symbolic)?;
         self.symbolic = Some(symbolic);
         Ok(self)
-    }
-
-    /// Factors the network with k = 1 for every spring: a pivot that vanishes names a loose node.
-    fn check_stiff(&self, body: &Body, symbolic: &Arc<Symbolic>) -> Result<()> {
-        let kinds = (grouping::find("kind").expect("the table has it").group)(&self.network, &Request::default())?;
-        let ones = vec![1.0; self.network.springs.len()];
-        let stiffness = AffineStiffness::new(&self.network, &kinds, &ones, &body.dofs, symbolic);
-        let mut factor = Factor::new(Arc::clone(symbolic));
-        stiffness.assemble_into(&vec![1.0; kinds.groups.len()], factor.values_mut());
-        let loose = match factor.refactor() {
-            Err(Error::NotPositiveDefinite { dof }) => Some(dof),
-            Err(other) => return Err(other),
-            Ok(()) => {
-                let (dof, ratio) = factor.weakest_pivot();
-                (ratio.is_nan() || ratio < LOOSE).then_some(dof)
-            }
-        };
-        match loose {
-            None => Ok(()),
-            Some(dof) => {
-                let (node, component) = body.dofs.owner(dof);
-                Err(Error::Mechanism { what: "spring network".into(), node, direction: ['x', 'y', 'z'][component] })
-            }
-        }
     }
 }

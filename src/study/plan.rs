@@ -20,8 +20,10 @@ use crate::springs::members::Members;
 use crate::springs::solver::Path;
 
 use super::body::Body;
+use super::limits::Allowance;
+use super::loads::LoadCase;
 use super::network::Lattice;
-use super::{body, fit, large, linear_fit, loads, motion, network};
+use super::{body, fit, large, limits, linear_fit, loads, motion, network};
 
 /// Floating-point operations a second and core that supernodal factorisations of these sizes reach on a common machine;
 /// for estimates only.
@@ -36,6 +38,9 @@ const GRID_SOLVES: usize = 8;
 
 /// Seconds of the iterated reference for each unknown and load case; for estimates only.
 const ITERATED_SECONDS: f64 = 2e-5;
+
+/// Free degrees of freedom from which a run is always compared with what is free.
+const SMALL: usize = 20_000;
 
 /// Sizes of what a scene builds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -100,6 +105,7 @@ pub struct Plan {
 /// # Errors
 /// Whatever is wrong with the scene that can be found without assembling.
 pub fn plan(scene: &Scene) -> Result<Plan> {
+    limits::before_the_body(scene)?;
     let body = body::build(scene)?;
     let scene = body.resolved.clone();
     let loads = loads::build(&scene, &body)?;
@@ -109,19 +115,11 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     let distinct: Vec<usize> = (0..same.len()).filter(|&i| same[i] == i).map(|i| groupings[i].groups.len()).collect();
     let problems = distinct.len();
     let (optimiser, settings) = fit::optimiser(&scene)?;
-    let threads = rayon::current_num_threads();
-    let reference = match scene.converged {
-        None => reference_cost(&body, threads)?,
-        // the finer mesh comes on top, at another time
-        Some(scene::Converged { halvings, elevations }) => {
-            reference_cost(&body, threads)?.and(reference_cost(&body.refined(elevations, halvings)?, threads)?)
-        }
-    };
+    let Cost { reference, springs, bytes: memory_bytes, seconds } =
+        Cost::of(&scene, &body, &lattice, (optimiser, &settings), [fitted(&loads), loads.len()], &distinct)?;
+    Allowance::of(&scene)?.admit("all of it", memory_bytes as f64)?;
+    limits::time(&scene, seconds)?;
     let groups = groupings.iter().map(|g| g.groups.len()).max().unwrap_or(0);
-    let fitted = loads.iter().filter(|case| case.fit).count();
-    let springs = SpringCost::of(&body, &lattice, optimiser, &settings, fitted, &distinct);
-    let memory_bytes = reference.bytes.max(springs.bytes);
-    let seconds = reference.seconds * loads.len() as f64 + springs.seconds / threads as f64;
     let safe_step = motion::limits::before_calibration(&scene, &body, &lattice, &groupings)?;
     Ok(Plan {
         safe_step,
@@ -131,16 +129,77 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
         factor_entries: [reference.factor_entries, springs.factor_entries],
         memory_bytes,
         seconds,
-        steps: steps(&scene, body.method, fitted, loads.len(), problems),
+        steps: steps(&scene, body.method, fitted(&loads), loads.len(), problems),
         warnings: body
             .warnings
             .iter()
             .chain(&lattice.warnings)
             .cloned()
             .chain(linear_fit::warning(&scene, &body))
+            .chain(loads::warnings(&scene, &loads))
             .collect(),
         scene,
     })
+}
+
+/// Load cases that are fitted.
+fn fitted(loads: &[LoadCase]) -> usize {
+    loads.iter().filter(|case| case.fit).count()
+}
+
+/// Refuses a run that would take more than it may, before its reference is solved and its groups are fitted. Small bodies
+/// are only looked at when the scene has `[limits]`: their analysis is not worth doing twice.
+///
+/// # Errors
+/// [`crate::error::Error::OverLimit`]; those of the groupings.
+pub fn admit(scene: &Scene, body: &Body, loads: &[LoadCase], lattice: &Lattice) -> Result<()> {
+    if scene.limits == scene::Limits::default() && body.dofs.len() < SMALL {
+        return Ok(());
+    }
+    let (_, groupings) = fit::group(scene, body, lattice)?;
+    let same = sweep::first_equal(&groupings);
+    let distinct: Vec<usize> = (0..same.len()).filter(|&i| same[i] == i).map(|i| groupings[i].groups.len()).collect();
+    let (optimiser, settings) = fit::optimiser(scene)?;
+    let cost = Cost::of(scene, body, lattice, (optimiser, &settings), [fitted(loads), loads.len()], &distinct)?;
+    Allowance::of(scene)?.admit("all of it", cost.bytes as f64)?;
+    limits::time(scene, cost.seconds)
+}
+
+/// What a run costs.
+struct Cost {
+    reference: ReferenceCost,
+    springs: SpringCost,
+    /// Memory at most: that of the reference is free again when the springs are fitted.
+    bytes: usize,
+    seconds: f64,
+}
+
+impl Cost {
+    /// `cases`: fitted load cases, and all; `distinct` holds the groups of each problem.
+    fn of(
+        scene: &Scene,
+        body: &Body,
+        lattice: &Lattice,
+        (optimiser, settings): (&Optimiser, &Settings),
+        [fitted, cases]: [usize; 2],
+        distinct: &[usize],
+    ) -> Result<Self> {
+        let threads = rayon::current_num_threads();
+        let reference = match scene.converged {
+            None => reference_cost(body, threads)?,
+            // the finer mesh comes on top, at another time
+            Some(scene::Converged { halvings, elevations }) => {
+                reference_cost(body, threads)?.and(reference_cost(&body.refined(elevations, halvings)?, threads)?)
+            }
+        };
+        let springs = SpringCost::of(body, lattice, optimiser, settings, fitted, distinct);
+        Ok(Self {
+            bytes: reference.bytes.max(springs.bytes),
+            seconds: reference.seconds * cases as f64 + springs.seconds / threads as f64,
+            reference,
+            springs,
+        })
+    }
 }
 
 /// What the reference costs.

@@ -24,12 +24,21 @@ pub struct Labels<'a> {
     pub error: &'a str,
 }
 
-/// The chart as the text of an SVG file.
+/// The chart as the text of an SVG file, the points of a series joined by lines.
 pub fn svg(labels: &Labels, series: &[Series]) -> String {
+    drawn(labels, series, 2)
+}
+
+/// The chart with points that are not joined.
+pub fn points(labels: &Labels, series: &[Series]) -> String {
+    drawn(labels, series, 0)
+}
+
+fn drawn(labels: &Labels, series: &[Series], width: u32) -> String {
     let mut text = String::new();
     {
         let root = SVGBackend::with_string(&mut text, EXTENT).into_drawing_area();
-        draw(&root, labels, series).and_then(|()| root.present()).expect("a text takes any drawing");
+        draw(&root, labels, series, width).and_then(|()| root.present()).expect("a text takes any drawing");
     }
     text
 }
@@ -37,7 +46,7 @@ pub fn svg(labels: &Labels, series: &[Series]) -> String {
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 type Drawn<'a> = Result<(), DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>>;
 
-fn draw<'a>(root: &Area<'a>, labels: &Labels, series: &[Series]) -> Drawn<'a> {
+fn draw<'a>(root: &Area<'a>, labels: &Labels, series: &[Series], width: u32) -> Drawn<'a> {
     root.fill(&WHITE)?;
     let visible = |point: &&(f64, f64, String)| point.0 > 0.0 && point.1 > 0.0 && (point.0 * point.1).is_finite();
     let all: Vec<_> = series.iter().flat_map(|s| s.points.iter().filter(visible)).collect();
@@ -60,10 +69,10 @@ fn draw<'a>(root: &Area<'a>, labels: &Labels, series: &[Series]) -> Drawn<'a> {
         let points: Vec<_> = one.points.iter().filter(visible).collect();
         let curve = points.iter().map(|point| (point.0, point.1));
         chart
-            .draw_series(LineSeries::new(curve.clone(), colour.stroke_width(2)))?
+            .draw_series(LineSeries::new(curve.clone().filter(|_| width > 0), colour.stroke_width(width)))?
             .label(&one.name)
             .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2)));
-        chart.draw_series(curve.map(|at| Circle::new(at, 2, colour.filled())))?;
+        chart.draw_series(curve.map(|at| Circle::new(at, if width > 0 { 2 } else { 4 }, colour.filled())))?;
         chart.draw_series(points.iter().filter(|point| !point.2.is_empty()).map(|point| {
             EmptyElement::at((point.0, point.1)) + Text::new(point.2.clone(), (6, -14), ("sans-serif", 13))
         }))?;

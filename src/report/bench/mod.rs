@@ -10,6 +10,7 @@
 //! | [`methods`] | the methods: names and functions |
 //! | [`calibrate`] | error against time of every way to calibrate a scene |
 //! | [`growth`] | whole runs on finer and finer cubes: how time and memory grow |
+//! | [`mod@hard`] | every path of solution on problems that are as bad as can be |
 //! | [`step`] | a network in motion: springs a second, share of the bandwidth, error of the step |
 //! | [`step_files`] | that network as files for other programs |
 //! | [`bandwidth`] | how fast this machine reads |
@@ -23,6 +24,7 @@ pub mod calibrate;
 pub mod chart;
 pub mod cube;
 pub mod growth;
+pub mod hard;
 pub mod machine;
 pub mod matrix_market;
 pub mod methods;

@@ -13,9 +13,14 @@ pub(super) fn check(supports: &Supports) -> Result<()> {
         return Err(Error::input("support", "the list is empty", help));
     }
     for (key, support) in supports.keyed() {
-        if support.faces.is_empty() && support.nodes.is_empty() && support.sets.is_empty() && support.r#box.is_none() {
-            let help = format!("add {key}.faces such as [\"z-\"], {key}.nodes or {key}.box: a free body has no answer");
-            return Err(Error::input(key, "nothing is held", help));
+        let named = !support.faces.is_empty() || !support.nodes.is_empty() || !support.sets.is_empty();
+        if !named && support.r#box.is_none() && !support.fix_rigid {
+            let help = format!(
+                "add {key}.faces such as [\"z-\"], {key}.nodes or {key}.box, or let {key}.fix_rigid = true hold as little \
+                 as it takes"
+            );
+            let message = "nothing is held: a free body slides and turns, 3 zero modes in 2D and 6 in 3D";
+            return Err(Error::input(key, message, help));
         }
         if support.components.as_ref().is_some_and(Vec::is_empty) {
             let help = "leave it out to hold all components, or name some of x, y, z";

@@ -20,6 +20,7 @@ mod refinement;
 mod symbolic;
 #[cfg(test)]
 mod tests;
+mod trust;
 
 pub use factor::Factor;
 pub use symbolic::Symbolic;

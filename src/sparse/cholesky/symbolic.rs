@@ -5,6 +5,7 @@ use std::sync::Arc;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::cholesky::{simplicial, supernodal};
+use nalgebra_sparse::CsrMatrix;
 
 use crate::error::{Error, Result};
 use crate::sparse::multifrontal::{Division, Plan, Supernodes, Workspace};
@@ -95,6 +96,15 @@ impl Symbolic {
     /// Position of each entry of the permuted lower triangle in the CSR values of the pattern.
     pub(super) fn source(&self) -> &[usize] {
         &self.source
+    }
+
+    /// The values of the permuted lower triangle of a matrix on the analysed pattern, in the order of
+    /// [`Symbolic::lower_rows`].
+    ///
+    /// # Panics
+    /// When the matrix has fewer entries than the pattern.
+    pub fn lower_of(&self, matrix: &CsrMatrix<f64>) -> Vec<f64> {
+        self.source.iter().map(|&from| matrix.values()[from]).collect()
     }
 
     /// The fronts of a factorisation.

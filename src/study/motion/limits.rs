@@ -15,6 +15,7 @@ use crate::dynamics::integrator::{self, Integrator, Stability};
 use crate::dynamics::springs::{Coefficients, SpringModel, isotropic};
 use crate::dynamics::stability::{self, Limit, Linearised};
 use crate::error::{Error, Result};
+use crate::geometry::dofs::FIXED;
 use crate::scene::{self, Step};
 use crate::springs::grouping::Grouping;
 use crate::springs::{bounds, damping, weighting};
@@ -163,6 +164,23 @@ impl Mover<'_> {
         }
     }
 
+    /// The spring with the highest frequency sqrt(k (1/m_a + 1/m_b)) of its own, in words; a held end does not move. Nothing
+    /// where no springs move.
+    fn fastest_spring(&self) -> String {
+        if self.settings.model == scene::Model::Reference {
+            return String::new();
+        }
+        let ease = |node: u32| {
+            let free = self.dofs().free(node as usize).iter().any(|&dof| dof != FIXED);
+            if free { 1.0 / self.masses[self.dofs().master(node as usize)] } else { 0.0 }
+        };
+        let springs = self.given.lattice.network.springs.iter().zip(&self.found.stiffness);
+        let square = springs.map(|(spring, k)| (k * (ease(spring.nodes[0]) + ease(spring.nodes[1])), spring.nodes));
+        let fastest = square.fold((0.0, [0; 2]), |most, one| if one.0 > most.0 { one } else { most });
+        let (omega, [a, b]) = (fastest.0.sqrt(), fastest.1);
+        format!("; the fastest spring, between nodes {a} and {b}, alone has {omega:.6} rad/s")
+    }
+
     /// Refuses a step above its limit.
     pub(super) fn check_step(&self, limits: &Limits, step: f64) -> Result<()> {
         let known = limits.at_rest.or(limits.any_motion);
@@ -174,7 +192,10 @@ impl Mover<'_> {
         }
         let alpha = limits.alpha.map_or(String::new(), |alpha| format!(" and alpha {alpha}"));
         let omega = limit.omega_max;
-        let reason = format!("with the largest eigenfrequency {omega:.6} rad/s{alpha} the limit is {bound:.6e} s");
+        let reason = format!(
+            "with the largest eigenfrequency {omega:.6} rad/s{alpha} the limit is {bound:.6e} s{}",
+            self.fastest_spring()
+        );
         let help = match limits.smallest_alpha {
             Some(alpha) if self.integrator.stability == Stability::ElasticAndDamping => {
                 format!("give alpha = {:.4} or more, a smaller step, or step = \"auto\"", above(alpha))
