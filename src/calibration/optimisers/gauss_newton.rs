@@ -19,7 +19,7 @@
 use crate::calibration::objective::{Objective, Problem, each};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint, best};
 use crate::calibration::optimisers::reduced;
-use crate::clock::Stopwatch;
+use crate::clock::{Progress, Stopwatch};
 use crate::dense::{self, LeastSquares};
 use crate::error::{Error, Result};
 use crate::rng::Stream;
@@ -93,17 +93,35 @@ pub(super) fn start(problem: &Problem, index: usize) -> Vec<f64> {
 /// # Errors
 /// When K is not positive definite there, or on interruption.
 pub fn descend(problem: &Problem, settings: &Settings, from: &[f64]) -> Result<Outcome> {
-    let clock = Stopwatch::start();
     let mut objective = (problem.make)();
     let mut phi = from.to_vec();
     objective.error(&phi)?;
-    let mut error = objective.fit_scale(&mut phi);
-    let mut descent = Descent::new(&phi, problem.upper);
-    let mut trace = vec![point(&clock, objective.as_ref(), error)];
+    let error = objective.fit_scale(&mut phi);
+    go_on(objective.as_mut(), (phi, error), problem.upper, settings, problem.progress)
+}
+
+/// Gauss-Newton from a point that the objective was asked for last, with its error. The evaluations of the objective so
+/// far count as spent.
+///
+/// # Errors
+/// Those of the objective but a K that is not positive definite; on interruption.
+pub fn go_on(
+    objective: &mut dyn Objective,
+    (mut phi, mut error): (Vec<f64>, f64),
+    upper: &[f64],
+    settings: &Settings,
+    progress: &Progress,
+) -> Result<Outcome> {
+    let clock = Stopwatch::start();
+    let mut descent = Descent::new(&phi, upper);
+    let mut trace = vec![point(&clock, objective, error)];
     let stop = loop {
-        problem.progress.check()?;
+        progress.check()?;
         if descent.resolved(error) {
             break Stop::Converged;
+        }
+        if objective.counts().evaluations >= settings.refactorisations {
+            break Stop::RefactorisationLimit;
         }
         objective.linearise(&mut descent.residual, &mut descent.jacobian)?;
         descent.prepare(&phi);
@@ -113,15 +131,15 @@ pub fn descend(problem: &Problem, settings: &Settings, from: &[f64]) -> Result<O
             if objective.counts().evaluations >= settings.refactorisations {
                 break Some(Stop::RefactorisationLimit);
             }
-            let Some((trial, predicted)) = descent.step(&phi, problem.upper) else {
+            let Some((trial, predicted)) = descent.step(&phi, upper) else {
                 descent.damp();
                 if descent.damping > LARGEST_DAMPING {
                     break Some(Stop::NoDescent);
                 }
                 continue;
             };
-            problem.progress.check()?;
-            problem.progress.advance(1);
+            progress.check()?;
+            progress.advance(1);
             let mut trial_phi = trial;
             let tried = match objective.error(&trial_phi) {
                 Ok(_) => objective.fit_scale(&mut trial_phi),
@@ -139,7 +157,7 @@ pub fn descend(problem: &Problem, settings: &Settings, from: &[f64]) -> Result<O
                 break Some(Stop::NoDescent);
             }
         };
-        trace.push(point(&clock, objective.as_ref(), error));
+        trace.push(point(&clock, objective, error));
         if let Some(stop) = stop {
             break stop;
         }
@@ -210,7 +228,7 @@ impl Descent {
         let weights: Vec<f64> = squares.iter().map(|square| self.damping * square.max(1e-12 * largest)).collect();
         let x: Vec<f64> = phi.iter().map(|p| (p / self.chart).asinh()).collect();
         let down: Vec<f64> = x.iter().map(|x| -x).collect();
-        let up: Vec<f64> = upper.iter().zip(&x).map(|(u, x)| ((u / self.chart).asinh() - x).max(0.0)).collect();
+        let up: Vec<f64> = upper.iter().zip(&x).map(|(u, x)| (u / self.chart).asinh() - x).collect();
         let d = model.minimise_in_box(&weights, &self.gradient, &down, &up)?;
         let predicted = -2.0 * dense::dot(&self.gradient, &d) - model.square(&d);
         if predicted.is_nan() || predicted <= 0.0 {

@@ -1,0 +1,4 @@
+pub mod features;
+pub mod ladder;
+pub mod rank;
+pub mod worker;
