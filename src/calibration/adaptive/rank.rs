@@ -14,6 +14,9 @@ pub struct Split {
     pub gain: f64,
     /// Residual-space column of `below`.
     pub column: Vec<f64>,
+    /// What the column has beyond those of the groups.
+    pub beyond: Vec<f64>,
+    parent: f64,
 }
 
 pub struct Tuning {
@@ -21,7 +24,10 @@ pub struct Tuning {
     pub shortlist: usize,
     pub trials: usize,
     pub budget: u64,
-    pub tries: u64,
+    pub together: usize,
+    pub fraction: f64,
+    pub trials_many: usize,
+    pub tries: usize,
     pub thresholds: usize,
     pub smallest: usize,
     pub damping: f64,
@@ -41,8 +47,9 @@ pub fn side(phi: f64, upper: f64) -> Side {
 }
 
 /// The candidates with the largest estimated gains.
-pub fn rank(worker: &mut Worker, phi: &[f64], residual: &[f64], jacobian: &[f64], tuning: &Tuning, seed: u64, level: usize) -> Result<Vec<Split>> {
+pub fn rank(worker: &mut Worker, residual: &[f64], jacobian: &[f64], tuning: &Tuning, seed: u64, level: usize) -> Result<Vec<Split>> {
     let rows = residual.len();
+    let phi = &worker.phi().to_vec()[..];
     let m = phi.len();
     let upper = worker.upper();
     let free: Vec<usize> = (0..m).filter(|&a| side(phi[a], upper[a]) == Side::Both).collect();
@@ -53,7 +60,6 @@ pub fn rank(worker: &mut Worker, phi: &[f64], residual: &[f64], jacobian: &[f64]
     probes.extend((0..tuning.probes * rows).map(|_| stream.normal()));
     complement.project(&mut probes);
     let rest = probes[..rows].to_vec();
-    worker.elongate();
     // the adjoint problem of w r, not r: pulled_back puts the weight in
     let pulled = worker.pulled_back(&probes)?;
     let springs = worker.springs();
@@ -103,7 +109,7 @@ pub fn rank(worker: &mut Worker, phi: &[f64], residual: &[f64], jacobian: &[f64]
         let mut below: Vec<u32> = worker.groups[group].iter().copied().filter(|&s| features[feature][s as usize] < threshold).collect();
         below.sort_unstable();
         if splits.iter().any(|other| other.group == group && (other.below == below || other.below.len() + below.len() == worker.groups[group].len() && below.iter().all(|s| other.below.binary_search(s).is_err()))) { continue; }
-        splits.push(Split { group, feature, threshold, below, gain, column: vec![] });
+        splits.push(Split { group, feature, threshold, below, gain, column: vec![], beyond: vec![], parent: 0.0 });
         if splits.len() == tuning.shortlist { break; }
     }
     refine(worker, phi, &upper, &free, &complement, &rest, jacobian, &mut splits, tuning)?;
@@ -154,6 +160,7 @@ fn refine(worker: &mut Worker, phi: &[f64], upper: &[f64], free: &[usize], compl
             _ => gain(c, whole, 0.0, ub, ua).max(gain(&others[i * rows..(i + 1) * rows], &other[i * rows..(i + 1) * rows], 0.0, ua, ub)),
         };
         split.column = whole.to_vec();
+        split.beyond = c.to_vec();
     }
     let _ = moved_other;
     splits.retain(|split| split.gain > 0.0);

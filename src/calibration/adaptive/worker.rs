@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::calibration::objective::{Counts, Objective};
+use crate::calibration::objective::Counts;
 use crate::error::{Error, Result};
 use crate::sparse::vectors::{dot, scale, square_of_difference};
 use crate::springs::members::Members;
@@ -21,19 +21,29 @@ pub struct Ground<'a> {
     pub features: &'a [Vec<f64>],
 }
 
+/// A network that has been solved: one factor and what came of it.
+struct State<'a> {
+    solver: SpringSolver<'a>,
+    phi: Vec<f64>,
+    /// K(phi) is this times the matrix that `solver` holds.
+    scale: f64,
+    displacement: Vec<f64>,
+    error: f64,
+}
+
 pub struct Worker<'a> {
     pub ground: Ground<'a>,
-    solver: SpringSolver<'a>,
     members: Cow<'a, Members>,
     tolerance: f64,
     pub groups: Vec<Vec<u32>>,
-    phi: Vec<f64>,
+    /// Where the ladder stands.
+    here: State<'a>,
+    /// Where it tries to go.
+    there: State<'a>,
+    /// Number of every spring.
     values: Vec<f64>,
-    scale: f64,
-    displacement: Vec<f64>,
+    /// Elongations of the springs here, case after case.
     elongations: Vec<f64>,
-    /// Residual and Jacobian at the phi of the last error, when known.
-    pub known: Option<(Vec<f64>, Vec<f64>)>,
     counts: Counts,
 }
 
@@ -43,16 +53,20 @@ impl<'a> Worker<'a> {
     pub fn new(ground: Ground<'a>, settings: &Settings, groups: Vec<Vec<u32>>) -> Self {
         let members = ground.operator.members();
         let springs = members.len();
-        Self {
+        let state = || State {
             solver: SpringSolver::new(ground.operator, settings),
-            tolerance: settings.tolerance,
             phi: vec![0.0; groups.len()],
-            groups,
-            values: vec![0.0; springs],
             scale: 1.0,
             displacement: vec![0.0; ground.forces.len()],
+            error: f64::INFINITY,
+        };
+        Self {
+            here: state(),
+            there: state(),
+            tolerance: settings.tolerance,
+            groups,
+            values: vec![0.0; springs],
             elongations: vec![0.0; springs * ground.weights.len()],
-            known: None,
             counts: Counts::default(),
             members,
             ground,
@@ -60,15 +74,25 @@ impl<'a> Worker<'a> {
     }
 
     pub fn unknowns(&self) -> usize {
-        self.solver.unknowns()
+        self.here.solver.unknowns()
     }
 
     pub fn springs(&self) -> usize {
         self.members.len()
     }
 
-    pub fn displacement(&self) -> &[f64] {
-        &self.displacement
+    pub fn phi(&self) -> &[f64] {
+        &self.here.phi
+    }
+
+    pub fn error(&self) -> f64 {
+        self.here.error
+    }
+
+    pub fn counts(&self) -> Counts {
+        let mut work = self.here.solver.work();
+        work += self.there.solver.work();
+        self.counts.with(work)
     }
 
     pub fn upper_of(&self, group: &[u32]) -> f64 {
@@ -79,22 +103,47 @@ impl<'a> Worker<'a> {
         self.groups.iter().map(|group| self.upper_of(group)).collect()
     }
 
-    fn distance(&self) -> f64 {
-        let n = self.unknowns();
-        let cases = self.displacement.chunks_exact(n).zip(self.ground.reference.chunks_exact(n));
-        let squares = cases.zip(self.ground.weights).map(|((u, reference), w)| w * w * square_of_difference(u, reference));
-        squares.sum::<f64>().sqrt()
+    /// The error at phi with the best common factor; infinite where K is not positive definite.
+    pub fn attempt(&mut self, phi: &[f64]) -> Result<f64> {
+        self.counts.evaluations += 1;
+        for (group, phi) in self.groups.iter().zip(phi) {
+            group.iter().for_each(|&s| self.values[s as usize] = *phi);
+        }
+        let upper = self.upper();
+        let there = &mut self.there;
+        there.phi = phi.to_vec();
+        there.scale = 1.0;
+        there.error = f64::INFINITY;
+        // a path that iterates begins with the displacements from here
+        there.displacement.copy_from_slice(&self.here.displacement);
+        let set = there.solver.set(&self.values);
+        match set.and_then(|()| there.solver.solve(self.ground.forces, &mut there.displacement, self.tolerance)) {
+            Ok(()) => {}
+            Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) => {
+                self.counts.rejected += 1;
+                return Ok(f64::INFINITY);
+            }
+            Err(other) => return Err(other),
+        }
+        self.counts.solves += self.ground.weights.len() as u64;
+        there.fit_scale(&self.ground, &upper);
+        Ok(there.error)
+    }
+
+    /// Takes the last attempt as the place to stand.
+    pub fn accept(&mut self) {
+        std::mem::swap(&mut self.here, &mut self.there);
     }
 
     /// Elongations of the displacements of all cases.
     pub fn elongate(&mut self) {
         let (n, springs) = (self.unknowns(), self.springs());
-        for (u, out) in self.displacement.chunks_exact(n).zip(self.elongations.chunks_exact_mut(springs)) {
+        for (u, out) in self.here.displacement.chunks_exact(n).zip(self.elongations.chunks_exact_mut(springs)) {
             self.members.elongations(u, out);
         }
     }
 
-    /// Columns of the Jacobian of sets of springs, each moved by one common number, at the last phi.
+    /// Columns of the Jacobian of sets of springs, each moved by one common number, here.
     pub fn columns(&mut self, sets: &[&[u32]]) -> Result<Vec<f64>> {
         let (n, cases) = (self.unknowns(), self.ground.weights.len());
         let springs = self.springs();
@@ -105,11 +154,11 @@ impl<'a> Worker<'a> {
             }
         }
         let mut solved = vec![0.0; right.len()];
-        self.solver.solve(&right, &mut solved, self.tolerance.max(COLUMN_TOLERANCE))?;
+        self.here.solver.solve(&right, &mut solved, self.tolerance.max(COLUMN_TOLERANCE))?;
         self.counts.solves += (sets.len() * cases) as u64;
         for column in solved.chunks_exact_mut(cases * n) {
             for (part, w) in column.chunks_exact_mut(n).zip(self.ground.weights) {
-                part.iter_mut().for_each(|x| *x *= -w / self.scale);
+                part.iter_mut().for_each(|x| *x *= -w / self.here.scale);
             }
         }
         Ok(solved)
@@ -121,7 +170,7 @@ impl<'a> Worker<'a> {
         let rows = n * self.ground.weights.len();
         let count = vectors.len() / rows;
         let mut adjoint = vec![0.0; vectors.len()];
-        self.solver.solve(vectors, &mut adjoint, self.tolerance.max(COLUMN_TOLERANCE))?;
+        self.here.solver.solve(vectors, &mut adjoint, self.tolerance.max(COLUMN_TOLERANCE))?;
         self.counts.solves += (count * self.ground.weights.len()) as u64;
         let mut out = vec![0.0; count * springs];
         let mut one = vec![0.0; springs];
@@ -129,7 +178,7 @@ impl<'a> Worker<'a> {
             for (c, lambda) in adjoint.chunks_exact(n).enumerate() {
                 self.members.elongations(lambda, &mut one);
                 let elongations = &self.elongations[c * springs..(c + 1) * springs];
-                let w = -self.ground.weights[c] / self.scale;
+                let w = -self.ground.weights[c] / self.here.scale;
                 for ((out, a), b) in out.iter_mut().zip(&one).zip(elongations) {
                     *out += w * a * b;
                 }
@@ -138,72 +187,45 @@ impl<'a> Worker<'a> {
         Ok(out)
     }
 
-    pub fn residual(&self) -> Vec<f64> {
+    /// Residual and Jacobian here.
+    pub fn linearise(&mut self) -> Result<(Vec<f64>, Vec<f64>)> {
+        self.elongate();
+        let groups = std::mem::take(&mut self.groups);
+        let sets: Vec<&[u32]> = groups.iter().map(Vec::as_slice).collect();
+        let columns = self.columns(&sets);
+        self.groups = groups;
+        Ok((self.residual(), columns?))
+    }
+
+    fn residual(&self) -> Vec<f64> {
         let n = self.unknowns();
-        let mut residual = Vec::with_capacity(self.displacement.len());
+        let mut residual = Vec::with_capacity(self.here.displacement.len());
         for (case, w) in self.ground.weights.iter().enumerate() {
             let range = case * n..(case + 1) * n;
-            residual.extend(self.displacement[range.clone()].iter().zip(&self.ground.reference[range]).map(|(u, r)| w * (u - r)));
+            residual.extend(self.here.displacement[range.clone()].iter().zip(&self.ground.reference[range]).map(|(u, r)| w * (u - r)));
         }
         residual
     }
 }
 
-impl Objective for Worker<'_> {
-    fn error(&mut self, phi: &[f64]) -> Result<f64> {
-        self.counts.evaluations += 1;
-        self.known = None;
-        self.phi = phi.to_vec();
-        self.scale = 1.0;
-        for (group, phi) in self.groups.iter().zip(phi) {
-            group.iter().for_each(|&s| self.values[s as usize] = *phi);
-        }
-        let set = self.solver.set(&self.values);
-        let outcome = set.and_then(|()| self.solver.solve(self.ground.forces, &mut self.displacement, self.tolerance));
-        if let Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) = outcome {
-            self.counts.rejected += 1;
-        }
-        outcome?;
-        self.counts.solves += self.ground.weights.len() as u64;
-        Ok(self.distance())
-    }
-
-    fn fit_scale(&mut self, phi: &mut [f64]) -> f64 {
-        let n = self.unknowns();
+impl State<'_> {
+    fn fit_scale(&mut self, ground: &Ground, upper: &[f64]) {
+        let n = self.solver.unknowns();
         let (mut with_reference, mut with_itself) = (0.0, 0.0);
-        let cases = self.displacement.chunks_exact(n).zip(self.ground.reference.chunks_exact(n));
-        for ((u, reference), w) in cases.zip(self.ground.weights) {
+        let cases = self.displacement.chunks_exact(n).zip(ground.reference.chunks_exact(n));
+        for ((u, reference), w) in cases.zip(ground.weights) {
             with_reference += w * w * dot(u, reference);
             with_itself += w * w * dot(u, u);
         }
-        let upper = self.upper();
-        let largest = self.phi.iter().zip(&upper).fold(f64::INFINITY, |s, (p, u)| s.min(u / p));
+        let largest = self.phi.iter().zip(upper).fold(f64::INFINITY, |s, (p, u)| s.min(u / p));
         let best = if with_reference > 0.0 { (with_itself / with_reference).min(largest) } else { 1.0 };
-        for (p, upper) in self.phi.iter_mut().zip(&upper) {
+        for (p, upper) in self.phi.iter_mut().zip(upper) {
             *p = (*p * best).min(*upper);
         }
         scale(1.0 / best, &mut self.displacement);
         self.scale *= best;
-        phi.copy_from_slice(&self.phi);
-        self.distance()
-    }
-
-    fn linearise(&mut self, residual: &mut Vec<f64>, jacobian: &mut Vec<f64>) -> Result<()> {
-        if let Some(known) = self.known.take() {
-            (*residual, *jacobian) = known;
-            return Ok(());
-        }
-        self.elongate();
-        *residual = self.residual();
-        let groups = std::mem::take(&mut self.groups);
-        let sets: Vec<&[u32]> = groups.iter().map(Vec::as_slice).collect();
-        let columns = self.columns(&sets);
-        self.groups = groups;
-        *jacobian = columns?;
-        Ok(())
-    }
-
-    fn counts(&self) -> Counts {
-        self.counts.with(self.solver.work())
+        let cases = self.displacement.chunks_exact(n).zip(ground.reference.chunks_exact(n));
+        let squares = cases.zip(ground.weights).map(|((u, reference), w)| w * w * square_of_difference(u, reference));
+        self.error = squares.sum::<f64>().sqrt();
     }
 }
