@@ -71,7 +71,7 @@ fn main() {
             let ground = Ground { operator: &operator, forces: &forces, reference: &target, weights: &w, upper: &upper, features: &table };
             let off = env("OFF", String::new());
             let off: Vec<&str> = off.split(',').collect();
-            let tuning = Tuning { probes: env("PROBES", 32), shortlist: env("SHORT", 96), trials: env("TRIALS", 2), budget: env("BUDGET", 3), tries: env("TRIES", 1), together: env("TOGETHER", 16), fraction: env("FRACTION", 0.125), trials_many: env("TRIALS_MANY", 2), thresholds: env("THRESH", 32), smallest: env("SMALL", 1), damping: env("DAMP", 1e-2), features: features::FEATURES.iter().map(|f| !off.contains(&f.name)).collect(), per_feature: env("PERF", 1) > 0, tolerance: env("TOL", 1e-3), starts: env("STARTS", 3), swaps: 0 };
+            let tuning = Tuning { probes: env("PROBES", 32), shortlist: env("SHORT", 96), trials: env("TRIALS", 2), budget: env("BUDGET", 3), tries: env("TRIES", 3), reach: env("REACH", 1.0), together: env("TOGETHER", 16), fraction: env("FRACTION", 0.125), trials_many: env("TRIALS_MANY", 2), thresholds: env("THRESH", 32), smallest: env("SMALL", 1), damping: env("DAMP", 1e-2), features: features::FEATURES.iter().map(|f| !off.contains(&f.name)).collect(), per_feature: env("PERF", 1) > 0, tolerance: env("TOL", 1e-3), starts: env("STARTS", 3), swaps: 0 };
             let steps = ladder::climb(ground, &Settings::DIRECT, start.clone(), most, &tuning, &progress).unwrap();
             let all_forces: Vec<f64> = all.iter().flat_map(|&c| loads[c].load.forces.iter().copied()).collect();
             for step in &steps {

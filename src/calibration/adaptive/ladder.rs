@@ -1,7 +1,7 @@
 use super::rank::{Split, Tuning, rank};
 use super::worker::{Ground, Worker};
 use crate::calibration::objective::Counts;
-use crate::calibration::optimisers::descent::{DAMPING, Descent};
+use super::descent::{DAMPING, Descent};
 use crate::clock::Progress;
 use crate::error::Result;
 use crate::springs::solver;
@@ -29,21 +29,25 @@ fn descend(worker: &mut Worker, descent: &mut Descent, phi: &[f64], bar: f64, tr
         }
         let Some((trial, predicted)) = step else { return Ok(false) };
         let tried = worker.attempt(&trial)?;
+        if std::env::var("DEBUG").is_ok() { println!("   bar {bar:.4} predicted {:.4} tried {tried:.4} damping {:.1e} phi {:?} upper {:?} trial {:?}", (bar*bar-predicted).max(0.0).sqrt(), descent.damping, phi.iter().map(|x| x.round()).collect::<Vec<_>>(), upper.iter().map(|x| x.round()).collect::<Vec<_>>(), trial.iter().map(|x| x.round()).collect::<Vec<_>>()); }
         if tried < bar {
             descent.trust((bar * bar - tried * tried) / predicted);
             worker.accept();
+            descent.reach *= 1.5;
             return Ok(true);
         }
         descent.damp();
+        descent.reach = 0.3 * descent.reach.min(2.0);
         if predicted < 1e-4 * bar * bar { return Ok(false) }
     }
     Ok(false)
 }
 
 /// Gauss-Newton from here.
-fn fit(worker: &mut Worker, tolerance: f64, budget: u64, progress: &Progress) -> Result<()> {
+fn fit(worker: &mut Worker, reach: f64, tolerance: f64, budget: u64, progress: &Progress) -> Result<()> {
     let until = worker.counts().evaluations + budget;
     let mut descent = Descent::new(worker.phi(), &worker.upper());
+    descent.reach = reach;
     while worker.counts().evaluations < until {
         progress.check()?;
         (descent.residual, descent.jacobian) = worker.linearise()?;
@@ -65,7 +69,7 @@ fn first(worker: &mut Worker, tuning: &Tuning, progress: &Progress) -> Result<()
         let phi: Vec<f64> = upper.iter().map(|u| match start { 0 => 0.1 * u, 1 => 0.1 * smallest, _ => u * 10f64.powf(-3.0 * stream.uniform()) }).collect();
         if !worker.attempt(&phi)?.is_finite() { continue; }
         worker.accept();
-        fit(worker, 1e-3, 7, progress)?;
+        fit(worker, 3.0, 1e-3, 7, progress)?;
         if best.as_ref().is_none_or(|b| worker.error() < b.1) { best = Some((worker.phi().to_vec(), worker.error())); }
     }
     let (phi, error) = best.expect("a start");
@@ -73,7 +77,7 @@ fn first(worker: &mut Worker, tuning: &Tuning, progress: &Progress) -> Result<()
         worker.attempt(&phi)?;
         worker.accept();
     }
-    fit(worker, 1e-4, 6, progress)
+    fit(worker, 3.0, 1e-4, 6, progress)
 }
 
 /// Splits groups; returns phi with the new groups and the Jacobian with their columns.
@@ -140,6 +144,7 @@ pub fn climb(ground: Ground, solver: &solver::Settings, start: Vec<Vec<u32>>, mo
             worker.groups = whole.clone();
             let (child, columns) = apply(&mut worker, &chosen, &phi, &jacobian, rows);
             let mut descent = Descent::new(&child, &worker.upper());
+            descent.reach = tuning.reach;
             descent.residual = residual.clone();
             descent.jacobian = columns;
             let bar = if best.is_some() { worker.error() } else { error };
@@ -149,7 +154,7 @@ pub fn climb(ground: Ground, solver: &solver::Settings, start: Vec<Vec<u32>>, mo
         let split = &splits[index];
         worker.groups = groups;
         words = format!("{} of {} by {} < {:.3} ({} | {}) gain {:.4} -> {:.4} real {:.4}", index, splits.len(), names[split.feature], split.threshold, split.below.len(), whole[split.group].len() - split.below.len(), error, (error * error - split.gain).max(0.0).sqrt(), worker.error());
-        fit(&mut worker, tuning.tolerance, tuning.budget, progress)?;
+        fit(&mut worker, tuning.reach, tuning.tolerance, tuning.budget, progress)?;
     }
     Ok(steps)
 }

@@ -24,6 +24,7 @@ pub struct Tuning {
     pub shortlist: usize,
     pub trials: usize,
     pub budget: u64,
+    pub reach: f64,
     pub together: usize,
     pub fraction: f64,
     pub trials_many: usize,
