@@ -24,6 +24,7 @@ use super::body::Body;
 use super::linear_fit::{self, Goal};
 use super::loads::LoadCase;
 use super::network::{self, Lattice};
+use super::spring_sets;
 
 /// Bytes that the Jacobians of Gauss-Newton may take.
 const LARGEST_JACOBIAN: f64 = 8e9;
@@ -158,7 +159,8 @@ pub(super) fn group(scene: &Scene, body: &Body, lattice: &Lattice) -> Result<(Ve
         true => scene.calibration.gamma.values()?.into_iter().map(Some).collect(),
         false => vec![None],
     };
-    let usual = Request { groups: scene.springs.groups, ..Request::default() };
+    let sets = spring_sets::sets(scene, body)?;
+    let usual = Request { groups: scene.springs.groups, sets: &sets, ..Request::default() };
     let one = |gamma: &Option<f64>| {
         let request = Request { gamma: gamma.unwrap_or(usual.gamma), ..usual };
         (rule.group)(&lattice.network, &request)

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::scene::Scene;
+use crate::scene::{Scene, Springs};
 use crate::sparse::cholesky::{Factor, Symbolic};
 use crate::springs::affine::{self, AffineStiffness};
 use crate::springs::grouping::{self, Request};
@@ -11,7 +11,7 @@ use crate::springs::network::Network;
 use crate::springs::profiles::{self, Profile};
 use crate::springs::solver::{self, Choice, GridSprings, Path};
 use crate::springs::topology::{self, Topology};
-use crate::springs::{bounds, weighting};
+use crate::springs::{bounds, edge_list, weighting};
 
 use super::body::Body;
 use super::continuum::Continuum;
@@ -81,7 +81,7 @@ pub fn connect(scene: &Scene, body: &Body) -> Result<Lattice> {
     let topology = topology::find(name).ok_or_else(|| {
         Error::input("springs.topology", format!("there is no topology {name}"), "see `springfit list topologies`")
     })?;
-    let network = network_of(topology, body);
+    let network = with_edges(network_of(topology, body), scene, body)?;
     let factors = (profile(scene)?.factor)(&network, &[]);
     let coefficients = weighting::coefficients(&network, scene.springs.weighting, &factors);
     let measures = match &body.continuum {
@@ -100,6 +100,21 @@ pub fn connect(scene: &Scene, body: &Body) -> Result<Lattice> {
     }
     let choice = Choice { path: Path::Multigrid, reason: String::new() };
     Ok(Lattice { network, symbolic: None, choice, factors, coefficients, spring_bounds, warnings })
+}
+
+/// The network with the springs that the scene names.
+fn with_edges(mut network: Network, scene: &Scene, body: &Body) -> Result<Network> {
+    let Springs { edges, edge_file, .. } = &scene.springs;
+    let from_file = edge_file.as_deref().map(edge_list::read).transpose()?.unwrap_or_default();
+    if edges.is_empty() && from_file.is_empty() {
+        return Ok(network);
+    }
+    let known = network_of(topology::find("second_ring").expect("the table has it"), body);
+    let grid = body.grid();
+    for (key, pairs) in [("springs.edges", edges), ("springs.edge_file", &from_file)] {
+        edge_list::add(&mut network, pairs, key, &known, grid.as_ref(), &body.dofs)?;
+    }
+    Ok(network)
 }
 
 /// The profile of a scene.
@@ -158,7 +173,7 @@ impl Lattice {
     /// [`Error::Mechanism`] with a loose node.
     pub fn analysed(mut self, scene: &Scene, body: &Body, instead: Option<&str>) -> Result<Self> {
         let pattern = affine::pattern(&self.network, &body.dofs);
-        let symbolic = Symbolic::analyse(&pattern, body.spring_order(&pattern)?)?;
+        let symbolic = Symbolic::analyse(&pattern, body.spring_order(&self.network, &pattern)?)?;
         self.choice = solver::choose(&settings(scene), &symbolic);
         if let Some(instead) = instead {
             self.choice.reason += &format!("; not multigrid: {instead}");
