@@ -6,9 +6,10 @@
 use springfit::clock::Stopwatch;
 use springfit::geometry::dofs::DofMap;
 use springfit::geometry::grid::Grid;
+use springfit::springs::grouping::{self, Request};
 use springfit::springs::multigrid_solver::MultigridSolver;
-use springfit::springs::weighting::{self, Law, Weighting};
-use springfit::springs::{grouping, topology};
+use springfit::springs::topology;
+use springfit::springs::weighting::{self, Weighting};
 
 /// Seconds of the stages.
 struct Row {
@@ -28,8 +29,9 @@ fn measure(n: usize, runs: usize) -> Row {
     let held: Vec<[bool; 3]> = (0..grid.len()).map(|node| [grid.index(node)[2] == 0; 3]).collect();
     let dofs = DofMap::untied(3, &held);
     let network = (topology::find("grid").expect("in the table").connect)(&grid, &points, &dofs);
-    let grouping = (grouping::find("kind").expect("in the table").group)(&network, 0.1).expect("no gamma needed");
-    let coefficients = weighting::coefficients(&network, Weighting::Cells, Law::Stiffness);
+    let grouping =
+        (grouping::find("kind").expect("in the table").group)(&network, &Request::default()).expect("no gamma needed");
+    let coefficients = weighting::coefficients(&network, Weighting::Cells, &vec![1.0; network.springs.len()]);
     let b: Vec<f64> = (0..dofs.len()).map(|i| [80.0, -40.0, 40.0][dofs.owner(i).1]).collect();
     let watch = Stopwatch::start();
     let mut solver =

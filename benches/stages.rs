@@ -22,8 +22,9 @@ use springfit::rng::Stream;
 use springfit::scene::{self, Scene, Source};
 use springfit::sparse::cholesky::{Factor, Symbolic};
 use springfit::springs::affine::{self, AffineStiffness};
+use springfit::springs::bounds;
+use springfit::springs::grouping::{self, Request};
 use springfit::springs::solver::{Path, Settings, SpringOperator, SpringSolver};
-use springfit::springs::{bounds, grouping};
 use springfit::study::body::{self, Body};
 use springfit::study::loads::{self, LoadCase};
 use springfit::study::network::{self, Lattice};
@@ -52,11 +53,12 @@ fn cube(n: usize) -> Cube {
     let forces = vec![loads[0].load.clone()];
     let reference = Reference::solve(&points, body.lame, &body.dofs, order, &forces).expect("solvable");
     drop(points);
-    let groups = (grouping::find("length").expect("known").group)(&lattice.network, 0.1).expect("legal gamma");
+    let groups = (grouping::find("length").expect("known").group)(&lattice.network, &Request::with_gamma(0.1))
+        .expect("legal gamma");
     let symbolic = Arc::clone(lattice.symbolic.as_ref().expect("a path with factors"));
     let stiffness = AffineStiffness::new(&lattice.network, &groups, &lattice.coefficients, &body.dofs, &symbolic);
     let operator = SpringOperator::Assembled { stiffness, symbolic };
-    let upper = bounds::upper_bounds(&lattice.network, &groups, &lattice.spring_bounds, scene.springs.law);
+    let upper = bounds::upper_bounds(&groups, &lattice.spring_bounds, &lattice.factors);
     Cube { body, loads, lattice, reference, operator, upper }
 }
 

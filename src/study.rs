@@ -18,6 +18,7 @@ pub mod loads;
 pub mod motion;
 pub mod network;
 pub mod plan;
+pub mod spring_sets;
 
 use std::path::{Path, PathBuf};
 

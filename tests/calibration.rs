@@ -9,10 +9,11 @@ use springfit::geometry::grid::Grid;
 use springfit::sparse::cholesky::Symbolic;
 use springfit::sparse::ordering::nested_dissection;
 use springfit::springs::affine::{AffineStiffness, pattern};
+use springfit::springs::grouping::{self, Request};
 use springfit::springs::network::Network;
 use springfit::springs::solver::SpringOperator;
-use springfit::springs::weighting::{Law, Weighting, coefficients};
-use springfit::springs::{grouping, topology};
+use springfit::springs::topology;
+use springfit::springs::weighting::{Weighting, coefficients};
 
 /// A square membrane of 2 m x 2 m, n x n masses, springs grouped by kind.
 struct Membrane {
@@ -32,10 +33,11 @@ fn membrane(n: usize, held: impl Fn([usize; 3]) -> bool) -> Membrane {
     let fixed: Vec<[bool; 3]> = (0..grid.len()).map(|node| [held(grid.index(node)); 3]).collect();
     let dofs = DofMap::untied(2, &fixed);
     let network: Network = (topology::find("grid").expect("in the table").connect)(&grid, &positions, &dofs);
-    let groups = (grouping::find("kind").expect("in the table").group)(&network, 0.5).expect("kinds need no gamma");
+    let groups = (grouping::find("kind").expect("in the table").group)(&network, &Request::default())
+        .expect("kinds need no gamma");
     let order = dofs.order(&nested_dissection(grid.extents(), 1, [false; 3]));
     let symbolic = Symbolic::analyse(&pattern(&network, &dofs), order).expect("a small pattern");
-    let w = coefficients(&network, Weighting::Springs, Law::Stiffness);
+    let w = coefficients(&network, Weighting::Springs, &vec![1.0; network.springs.len()]);
     let stiffness = AffineStiffness::new(&network, &groups, &w, &dofs, &symbolic);
     Membrane { operator: SpringOperator::Assembled { stiffness, symbolic }, unknowns: dofs.len(), nodes: grid.len() }
 }

@@ -8,7 +8,7 @@ use springfit::geometry::dofs::{DofMap, tie_coincident};
 use springfit::geometry::knots::KnotVector;
 use springfit::geometry::patch::Patch;
 use springfit::geometry::refine::insert_knots;
-use springfit::springs::grouping::{self, Grouping};
+use springfit::springs::grouping::{self, Grouping, Request};
 use springfit::springs::network::Network;
 use springfit::springs::topology;
 use vtu::{bytes, floats};
@@ -77,7 +77,8 @@ fn model(patch: Patch, merge: bool) -> Model {
     let fixed: Vec<[bool; 3]> = (0..points.len()).map(|node| [node == 1, node < 2, node < 2]).collect();
     let dofs = DofMap::new(patch.dimension(), master, &fixed);
     let network = (topology::find("grid").expect("in the table").connect)(&patch.grid(), points, &dofs);
-    let grouping = (grouping::find("kind").expect("in the table").group)(&network, 0.0).expect("no gamma needed");
+    let grouping =
+        (grouping::find("kind").expect("in the table").group)(&network, &Request::default()).expect("no gamma needed");
     let stiffness = (0..network.springs.len()).map(|s| 10.0 + s as f64).collect();
     let reference: Vec<[f64; 3]> = points.iter().map(|&x| affine_field(x)).collect();
     let springs = reference.iter().map(|u| u.map(|u| 1.25 * u)).collect();

@@ -106,11 +106,11 @@ fn compare(scene: &str, sets: &[&str]) {
 }
 
 #[test]
-fn square_with_both_weightings_and_laws() {
+fn square_with_both_weightings_and_two_profiles() {
     compare("square.toml", &[]);
     compare("square.toml", &["springs.weighting=springs"]);
-    compare("square.toml", &["springs.law=axial_rigidity"]);
-    compare("square.toml", &["springs.law=axial_rigidity", "springs.weighting=springs", "calibration.gamma=0.5"]);
+    compare("square.toml", &["springs.profile=axial_rigidity"]);
+    compare("square.toml", &["springs.profile=axial_rigidity", "springs.weighting=springs", "calibration.gamma=0.5"]);
 }
 
 #[test]

@@ -13,10 +13,10 @@ use springfit::reference::points::IntegrationPoints;
 use springfit::reference::stiffness;
 use springfit::sparse::cholesky::Symbolic;
 use springfit::springs::affine::{AffineStiffness, pattern};
-use springfit::springs::grouping::Grouping;
+use springfit::springs::grouping::{self, Grouping, Request};
 use springfit::springs::network::Network;
-use springfit::springs::weighting::{Law, Weighting, coefficients};
-use springfit::springs::{formulas, grouping, topology};
+use springfit::springs::weighting::{Weighting, coefficients};
+use springfit::springs::{formulas, topology};
 
 /// E and t of the cell: not 1, so that a missing factor shows.
 const YOUNG: f64 = 15e3;
@@ -37,8 +37,9 @@ fn assembled(points: &IntegrationPoints, poisson: f64, dofs: &DofMap) -> CsrMatr
 }
 
 fn by_kind(dofs: DofMap, stiffness: CsrMatrix<f64>, network: Network, weighting: Weighting) -> Body {
-    let kinds = (grouping::find("kind").expect("in the table").group)(&network, 0.5).expect("kinds need no gamma");
-    let coefficients = coefficients(&network, weighting, Law::Stiffness);
+    let kinds = (grouping::find("kind").expect("in the table").group)(&network, &Request::default())
+        .expect("kinds need no gamma");
+    let coefficients = coefficients(&network, weighting, &vec![1.0; network.springs.len()]);
     Body { dofs, stiffness, network, kinds, coefficients }
 }
 

@@ -7,12 +7,12 @@ use springfit::geometry::grid::Grid;
 use springfit::sparse::cholesky::{Factor, Symbolic};
 use springfit::sparse::ordering::nested_dissection;
 use springfit::springs::affine::{self, AffineStiffness};
-use springfit::springs::grouping::{self, Grouping};
+use springfit::springs::grouping::{self, Grouping, Request};
 use springfit::springs::multigrid_solver::MultigridSolver;
 use springfit::springs::network::Network;
 use springfit::springs::stencil::Refusal;
 use springfit::springs::topology;
-use springfit::springs::weighting::{self, Law, Weighting};
+use springfit::springs::weighting::{self, Weighting};
 
 /// A supported network with its groups.
 struct Body {
@@ -36,8 +36,9 @@ fn body(shape: &[usize], place: impl Fn([f64; 3]) -> [f64; 3], fixed: impl Fn([u
     let held: Vec<[bool; 3]> = (0..grid.len()).map(|node| fixed(grid.index(node))).collect();
     let dofs = DofMap::untied(grid.dimension(), &held);
     let network = (topology::find("grid").expect("in the table").connect)(&grid, &points, &dofs);
-    let grouping = (grouping::find("kind").expect("in the table").group)(&network, 0.1).expect("no gamma needed");
-    let coefficients = weighting::coefficients(&network, Weighting::Cells, Law::Stiffness);
+    let grouping =
+        (grouping::find("kind").expect("in the table").group)(&network, &Request::default()).expect("no gamma needed");
+    let coefficients = weighting::coefficients(&network, Weighting::Cells, &vec![1.0; network.springs.len()]);
     Body { grid, dofs, network, grouping, coefficients }
 }
 

@@ -9,8 +9,9 @@ use springfit::rng::Stream;
 use springfit::sparse::cholesky::{Factor, Symbolic};
 use springfit::sparse::ordering::nested_dissection;
 use springfit::springs::affine::{self, AffineStiffness};
+use springfit::springs::grouping::{self, Request};
 use springfit::springs::solver::{Path, Settings, SpringOperator, SpringSolver, choose};
-use springfit::springs::{grouping, prediction, topology};
+use springfit::springs::{prediction, topology};
 
 /// A cube of n^3 control points, 1 m apart, held below, with all forces and a load that bends and twists it.
 struct Cube {
@@ -24,7 +25,7 @@ fn cube(n: usize, groups: &str) -> Cube {
     let fixed: Vec<[bool; 3]> = (0..grid.len()).map(|node| [grid.index(node)[2] == 0; 3]).collect();
     let dofs = DofMap::new(3, (0..grid.len() as u32).collect(), &fixed);
     let network = (topology::find("grid").expect("known").connect)(&grid, &points, &dofs);
-    let groups = (grouping::find(groups).expect("known").group)(&network, 0.1).expect("legal");
+    let groups = (grouping::find(groups).expect("known").group)(&network, &Request::with_gamma(0.1)).expect("legal");
     let order = dofs.order(&nested_dissection(grid.extents(), 1, [false; 3]));
     let symbolic = Symbolic::analyse(&affine::pattern(&network, &dofs), order).expect("analysed");
     let coefficients = vec![1.0; network.springs.len()];

@@ -6,10 +6,10 @@ use springfit::geometry::grid::Grid;
 use springfit::sparse::cholesky::{Factor, Symbolic};
 use springfit::sparse::ordering;
 use springfit::springs::affine::{self, AffineStiffness};
-use springfit::springs::grouping::{self, Grouping};
-use springfit::springs::network::{Kind, Network};
-use springfit::springs::weighting::{self, Law, Weighting};
-use springfit::springs::{bounds, damping, topology};
+use springfit::springs::grouping::{self, Grouping, NodeSet, Request};
+use springfit::springs::network::{Kind, Network, Spring};
+use springfit::springs::weighting::{self, Weighting};
+use springfit::springs::{bounds, damping, profiles, topology};
 
 /// A control net with its supports.
 struct Body {
@@ -113,8 +113,15 @@ fn body(name: &str) -> Body {
     }
 }
 
+/// p_s of every spring.
+fn factors(profile: &str, network: &Network) -> Vec<f64> {
+    (profiles::find(profile).expect("in the table").factor)(network, &[])
+}
+
 fn group(name: &str, network: &Network, gamma: f64) -> Grouping {
-    (grouping::find(name).expect("in the table").group)(network, gamma).expect("a good gamma")
+    let half = NodeSet { name: "half".into(), nodes: (0..network.positions.len() as u32 / 2).collect() };
+    let request = Request { sets: &[half], ..Request::with_gamma(gamma) };
+    (grouping::find(name).expect("in the table").group)(network, &request).expect("a good gamma")
 }
 
 fn assert_near(found: f64, expected: f64, relative: f64, what: &str) {
@@ -161,7 +168,7 @@ fn objects_json_groups_and_bounds() {
         for row in object["by_gamma"].as_array().expect("rows") {
             let gamma = row["gamma"].as_f64().expect("a number");
             let grouping = group("length", &network, gamma);
-            let upper = bounds::upper_bounds(&network, &grouping, &limits, Law::Stiffness);
+            let upper = bounds::upper_bounds(&grouping, &limits, &factors("constant", &network));
             assert_eq!(grouping.groups.len() as u64, row["m"].as_u64().expect("a number"), "{name} {gamma}");
             for (a, found) in grouping.groups.iter().enumerate() {
                 let what = format!("{name}, gamma {gamma}, group {a}");
@@ -207,10 +214,82 @@ fn every_grouping_puts_each_spring_into_one_group_that_is_not_empty() {
 }
 
 #[test]
+fn direction_and_multiplicity_is_the_same_on_the_mirror_image() {
+    let cube = body("cube").network();
+    let found = group("direction_and_multiplicity", &cube, 0.0);
+    // edges inside, on a face, on an edge of the cube (4, 2, 1 cells) for 3 directions; face diagonals in 2 or 1; body diagonals
+    assert_eq!(found.groups.len(), 3 * 3 + 3 * 2 + 1);
+    let number = |a: u32, b: u32| {
+        let same = |s: &Spring| s.nodes == [a, b] || s.nodes == [b, a];
+        found.group_of[cube.springs.iter().position(same).expect("the mirror image of a spring is one")]
+    };
+    let mirrored = |node: u32| 36 * (5 - node / 36) + node % 36;
+    for (spring, &group) in cube.springs.iter().zip(&found.group_of) {
+        let [a, b] = spring.nodes;
+        assert_eq!(number(mirrored(a), mirrored(b)), group);
+    }
+}
+
+#[test]
+fn clusters_are_as_many_as_asked_for_and_the_same_again() {
+    let torus = body("torus").network();
+    let rule = grouping::find("k_means").expect("in the table").group;
+    let spread = |grouping: &Grouping| -> f64 {
+        let of = |(spring, &a): (&Spring, &u32)| (spring.length.ln() - grouping.groups[a as usize].length.ln()).powi(2);
+        torus.springs.iter().zip(&grouping.group_of).map(of).sum()
+    };
+    let mut before = f64::INFINITY;
+    for groups in [1, 8, 64] {
+        let request = Request { groups, ..Request::default() };
+        let found = rule(&torus, &request).expect("clusters");
+        assert_eq!(found.groups.len(), groups);
+        assert!(found.groups.is_sorted_by(|a, b| a.length <= b.length));
+        assert_eq!(rule(&torus, &request).expect("clusters").group_of, found.group_of);
+        assert!(spread(&found) < before, "more clusters are narrower");
+        before = spread(&found);
+    }
+    // six springs of one cell, of which the diagonals have one middle: five different points
+    let square = box_body(&[2, 2], &[1.0, 1.0]).network();
+    assert_eq!(rule(&square, &Request { groups: 100, ..Request::default() }).expect("clusters").groups.len(), 5);
+}
+
+#[test]
+fn the_second_ring_has_all_primitive_offsets_and_closes_over_a_merged_seam() {
+    let second = topology::find("second_ring").expect("in the table").connect;
+    let square = box_body(&[7, 6], &[1.0, 1.0]);
+    let network = second(&square.grid, &square.points, &square.dofs);
+    let further: Vec<&Spring> = network.springs.iter().filter(|spring| spring.kind == Kind::SecondRing).collect();
+    // (1, 2), (1, -2): 6 x 4 places each; (2, 1), (2, -1): 5 x 5
+    assert_eq!(further.len(), 2 * 24 + 2 * 25);
+    assert_eq!(network.springs[..network.springs.len() - further.len()], square.network().springs);
+    let cube = body("cube");
+    let network = second(&cube.grid, &cube.points, &cube.dofs);
+    let mut offsets: Vec<[i8; 3]> = network.springs.iter().map(|spring| spring.offset).collect();
+    offsets.sort_unstable();
+    offsets.dedup();
+    assert_eq!(offsets.len(), 13 + 36);
+    let factors = factors("inverse_square", &network);
+    let [all, weights] = [&factors, &weighting::coefficients(&network, Weighting::Cells, &factors)];
+    assert!(all.iter().zip(weights).all(|(p, w)| w >= p));
+    // every node of the closed ring of 8 has as many second neighbours as any other on its circle
+    let torus = torus(true);
+    let network = second(&torus.grid, &torus.points, &torus.dofs);
+    let mut degree = vec![0; torus.points.len()];
+    for spring in network.springs.iter().filter(|spring| spring.kind == Kind::SecondRing) {
+        spring.nodes.iter().for_each(|&node| degree[node as usize] += 1);
+    }
+    for place in 0..25 {
+        let around: Vec<i32> = (0..8).map(|i| degree[25 * i + place]).collect();
+        assert!(around.iter().all(|&springs| springs == around[0]), "place {place}: {around:?}");
+    }
+}
+
+#[test]
 fn a_gamma_outside_0_1_is_refused() {
     let network = body("square").network();
     for gamma in [0.0, 1.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = (grouping::find("length").expect("in the table").group)(&network, gamma).expect_err("refused");
+        let error = (grouping::find("length").expect("in the table").group)(&network, &Request::with_gamma(gamma))
+            .expect_err("refused");
         assert_eq!(error.exit_status(), 2);
         assert!(error.to_string().contains(&gamma.to_string()), "{error}");
     }
@@ -222,7 +301,7 @@ fn p5_spring_patch_test() {
     let body = box_body(&[5, 5], &[2.0, 2.0]);
     let network = body.network();
     let k = 3.0 / 8.0 * young * thickness;
-    let weights = weighting::coefficients(&network, Weighting::Cells, Law::Stiffness);
+    let weights = weighting::coefficients(&network, Weighting::Cells, &factors("constant", &network));
     let c = young / (1.0 - poisson * poisson);
     for [xx, yy, xy] in [[1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [0.0, 0.0, 1e-3], [2e-3, -1e-3, 0.5e-3]] {
         let field = |x: [f64; 3]| [xx * x[0] + xy * x[1], xy * x[0] + yy * x[1]];
@@ -246,10 +325,10 @@ struct Assembled {
     stiffness: AffineStiffness,
 }
 
-fn assembled(body: Body, rule: &str, gamma: f64, law: Law) -> Assembled {
+fn assembled(body: Body, rule: &str, gamma: f64, profile: &str) -> Assembled {
     let network = body.network();
     let grouping = group(rule, &network, gamma);
-    let weights = weighting::coefficients(&network, Weighting::Cells, law);
+    let weights = weighting::coefficients(&network, Weighting::Cells, &factors(profile, &network));
     let pattern = affine::pattern(&network, &body.dofs);
     let order = ordering::minimum_degree(&pattern).expect("a small pattern");
     let symbolic = Symbolic::analyse(&pattern, order).expect("a small pattern");
@@ -259,12 +338,12 @@ fn assembled(body: Body, rule: &str, gamma: f64, law: Law) -> Assembled {
 
 fn bodies() -> Vec<Assembled> {
     vec![
-        assembled(body("square"), "length", 0.1, Law::Stiffness),
-        assembled(body("circle"), "length", 0.01, Law::AxialRigidity),
-        assembled(body("cube"), "direction", 0.1, Law::Stiffness),
-        assembled(body("torus"), "length", 0.1, Law::Stiffness),
-        assembled(torus(true), "length", 0.1, Law::AxialRigidity),
-        assembled(torus(true), "each", 0.1, Law::Stiffness),
+        assembled(body("square"), "length", 0.1, "constant"),
+        assembled(body("circle"), "length", 0.01, "axial_rigidity"),
+        assembled(body("cube"), "direction", 0.1, "constant"),
+        assembled(body("torus"), "length", 0.1, "constant"),
+        assembled(torus(true), "length", 0.1, "axial_rigidity"),
+        assembled(torus(true), "each", 0.1, "constant"),
     ]
 }
 

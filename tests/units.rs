@@ -20,7 +20,7 @@ struct Given {
     length: f64,
     /// Young's modulus in newtons per squared unit of length.
     young: f64,
-    law: &'static str,
+    profile: &'static str,
 }
 
 const SQUARE: Given = Given {
@@ -31,7 +31,7 @@ const SQUARE: Given = Given {
     gamma: 0.1,
     length: 1.0,
     young: 15e3,
-    law: "stiffness",
+    profile: "constant",
 };
 const CIRCLE: Given = Given { shape: "circle", force: "[600.0, 100.0]", gamma: 0.2, ..SQUARE };
 const CUBE: Given = Given { shape: "cube", size: &[2.0, 2.0, 2.0], face: "z-", force: "[80.0, -40.0, 40.0]", ..SQUARE };
@@ -39,13 +39,13 @@ const TORUS: Given =
     Given { shape: "torus", size: &[2.5, 2.5, 0.75], force: "[60.0, -30.0, 30.0]", gamma: 0.5, ..SQUARE };
 
 fn calibrate(given: Given) -> Calibration {
-    let Given { shape, size, face, force, gamma, length, young, law } = given;
+    let Given { shape, size, face, force, gamma, length, young, profile } = given;
     let extents: Vec<f64> = size.iter().map(|extent| extent * length).collect();
     let thickness = if size.len() == 2 { format!("thickness = {length:?}") } else { String::new() };
     let text = format!(
         "[geometry]\nshape = \"{shape}\"\nsize = {extents:?}\n[material]\nyoung = {young:?}\npoisson = 0.3\n\
          [support]\nfaces = [\"{face}\"]\n[[load]]\nforce_per_node = {force}\n[reference]\n{thickness}\n\
-         [springs]\nlaw = \"{law}\"\n[calibration]\ngamma = {gamma:?}\ngauss_newton = {{ tolerance = 1e-12 }}\n"
+         [springs]\nprofile = \"{profile}\"\n[calibration]\ngamma = {gamma:?}\ngauss_newton = {{ tolerance = 1e-12 }}\n"
     );
     let scene = scene::parse(&Source { name: shape.into(), text }).expect("a legal scene");
     study::run(&scene, &Progress::default()).expect("a body that can be calibrated").calibration
@@ -78,13 +78,13 @@ fn hard_case_units_young_times_1000() {
 #[test]
 fn hard_case_units_millimetres() {
     for given in [SQUARE, CIRCLE, CUBE, TORUS] {
-        for (law, scale) in [("stiffness", 1e-3), ("axial_rigidity", 1.0)] {
-            let metres = Given { law, ..given };
+        for (profile, scale) in [("constant", 1e-3), ("axial_rigidity", 1.0), ("inverse_square", 1e3)] {
+            let metres = Given { profile, ..given };
             let millimetres = Given { length: 1e3, young: given.young / 1e6, ..metres };
             let (metres, millimetres) = (calibrate(metres), calibrate(millimetres));
             let [e_rms, phi] = differences(&metres, &millimetres, scale);
             println!(
-                "{} {law} in mm: e_rms {} differs by {e_rms:.1e}, phi by {phi:.1e}",
+                "{} {profile} in mm: e_rms {} differs by {e_rms:.1e}, phi by {phi:.1e}",
                 given.shape, metres.fitted.e_rms
             );
             assert_eq!(metres.grouping.group_of, millimetres.grouping.group_of);

@@ -62,7 +62,7 @@ impl AddAssign for Counts {
 
 /// A distance between network and continuum as a function of the group stiffnesses.
 pub trait Objective {
-    /// The error |r(phi)| in percent; phi of length m, in N/m (or N, with the law "axial_rigidity").
+    /// The error |r(phi)| in percent; phi of length m, in the unit of the profile (N/m for "constant").
     ///
     /// # Errors
     /// Where K(phi) is not positive definite or its solution is not accurate.

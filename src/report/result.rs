@@ -16,7 +16,7 @@ use crate::scene::Scene;
 use crate::study::plan::Sizes;
 use crate::study::{Study, fit};
 
-/// The document. Stiffness in N/m (N with the law "axial_rigidity"), lengths in m, errors in percent.
+/// The document. Stiffness of groups in the unit of the profile (N/m for "constant"), lengths in m, errors in percent.
 #[derive(Debug, Serialize)]
 pub struct Document<'a> {
     schema: &'static str,

@@ -5,19 +5,19 @@
 
 mod calibration;
 mod reference;
+mod springs;
 
 pub use reference::check_method;
 
 use crate::error::{Error, Result};
 use crate::geometry::knots::MAX_DEGREE;
-use crate::springs::grouping;
 
 use reference::{check_reference, named_method};
 
 use super::check_load;
 use super::choices::{FACES, known, names};
 use super::dynamics;
-use super::{BoxRegion, Gamma, GammaSweep, Geometry, Plane, Scene, Solver};
+use super::{BoxRegion, Geometry, Plane, Scene, Solver};
 
 /// Most control points of a grid.
 const MOST_CONTROL_POINTS: usize = 100_000_000;
@@ -34,8 +34,7 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     check_support(scene)?;
     check_load::check(&scene.load)?;
     check_reference(scene)?;
-    known("springs.topology", &scene.springs.topology, &names("springs.topology"))?;
-    known("springs.grouping", &scene.springs.grouping, &names("springs.grouping"))?;
+    springs::check(&scene.springs)?;
     calibration::check(&scene.calibration)?;
     check_solver(&scene.solver)?;
     if let Some(dynamics) = &scene.dynamics {
@@ -69,6 +68,9 @@ pub fn check_body(scene: &Scene, dimension: usize, control_points: usize) -> Res
         if let Some(point) = &load.point {
             there(format!("load[{i}].point.node"), point.node)?;
         }
+    }
+    for (i, set) in scene.springs.sets.iter().enumerate() {
+        set.nodes.iter().enumerate().try_for_each(|(j, &node)| there(format!("springs.sets[{i}].nodes[{j}]"), node))?;
     }
     Ok(())
 }
@@ -188,6 +190,7 @@ fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
         }
     }
     calibration::check_dimension(&scene.calibration, dimension)?;
+    springs::check_dimension(&scene.springs, dimension)?;
     if let Some(method) = named_method(scene) {
         check_method(method, dimension)?;
     }
@@ -212,11 +215,7 @@ fn check_plane(scene: &Scene, dimension: usize) -> Result<()> {
 
 /// What is allowed but may not be meant.
 fn warnings(scene: &Scene) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let uses_gamma = grouping::find(&scene.springs.grouping).is_none_or(|rule| rule.uses_gamma);
-    if !uses_gamma && scene.calibration.gamma != Gamma::Sweep(GammaSweep::default()) {
-        warnings.push(format!("calibration.gamma has no effect on the grouping \"{}\"", scene.springs.grouping));
-    }
+    let mut warnings = springs::warnings(scene);
     warnings.extend(calibration::warnings(scene));
     if scene.reference.extra_gauss_points > 0 && named_method(scene).is_some_and(|method| !method.works_on_patches()) {
         warnings.push("reference.extra_gauss_points has no effect on finite elements".to_owned());

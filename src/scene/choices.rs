@@ -6,7 +6,7 @@ use crate::calibration::{objectives, optimiser};
 use crate::dynamics::integrator::INTEGRATORS;
 use crate::error::{Error, Result};
 use crate::reference::methods;
-use crate::springs::{formulas, grouping, topology};
+use crate::springs::{formulas, grouping, profiles, topology};
 
 use crate::geometry::shapes;
 
@@ -35,6 +35,7 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "shapes", key: "geometry.shape", choices: shape_choices },
     Kind { name: "methods", key: "reference.method", choices: method_choices },
     Kind { name: "topologies", key: "springs.topology", choices: topology_choices },
+    Kind { name: "profiles", key: "springs.profile", choices: profile_choices },
     Kind { name: "groupings", key: "springs.grouping", choices: grouping_choices },
     Kind { name: "objectives", key: "calibration.objective", choices: objective_choices },
     Kind { name: "formulas", key: "calibration.formula", choices: formula_choices },
@@ -52,6 +53,10 @@ fn method_choices() -> Vec<Choice> {
 
 fn topology_choices() -> Vec<Choice> {
     topology::TOPOLOGIES.iter().map(|topology| Choice { name: topology.name, doc: topology.doc }).collect()
+}
+
+fn profile_choices() -> Vec<Choice> {
+    profiles::PROFILES.iter().map(|profile| Choice { name: profile.name, doc: profile.doc }).collect()
 }
 
 fn grouping_choices() -> Vec<Choice> {
@@ -140,6 +145,7 @@ mod tests {
         let springs = super::super::Springs::default();
         for (key, name) in [
             ("springs.topology", springs.topology),
+            ("springs.profile", springs.profile),
             ("springs.grouping", springs.grouping),
             ("calibration.optimiser", calibration.optimiser().expect("displacement has one").to_owned()),
             ("calibration.objective", calibration.objective),

@@ -45,7 +45,7 @@ pub use parse::{Input, parse, read};
 pub use reference::{Plane, Reference};
 pub use resolve::resolve;
 pub use solver::Solver;
-pub use springs::Springs;
+pub use springs::{SpringSet, Springs};
 pub use states::{Acceleration, MatrixDistance, Snapshot};
 pub use template::template;
 

@@ -7,8 +7,8 @@
 //! ```
 //!
 //! where e runs over the n_i cells (of the grid or of the mesh) that contain node i and V_e is the measure of a cell: its
-//! area by the shoelace formula times the thickness, or its (trilinear) volume. The bound of a group is the largest of its members; with the law
-//! "axial_rigidity" the largest k_b l0. Short springs get huge bounds. V in m^3, E in Pa, k in N/m.
+//! area by the shoelace formula times the thickness, or its (trilinear) volume. The bound of the number phi of a group is the
+//! largest k_b / p_s of its members, p_s the factor of the profile ([`super::profiles`]). Short springs get huge bounds. V in m^3, E in Pa, k in N/m.
 
 use crate::geometry::dofs::DofMap;
 use crate::geometry::grid::Grid;
@@ -16,7 +16,6 @@ use crate::geometry::mesh::Mesh;
 
 use super::grouping::Grouping;
 use super::network::Network;
-use super::weighting::Law;
 
 /// V_i of every node: the largest measure of the grid cells around it times their number, m^3.
 ///
@@ -58,17 +57,21 @@ pub fn spring_bounds(network: &Network, measures: &[f64], young: f64, poisson: f
     network.springs.iter().map(|spring| bound(spring.nodes, spring.length)).collect()
 }
 
-/// Upper bound of the number of each group (5.8): N/m, or N with the law "axial_rigidity".
+/// Upper bound of the number of each group (5.8), in the unit of the profile.
 ///
-/// `bounds` is k_b of every spring, N/m.
-pub fn upper_bounds(network: &Network, grouping: &Grouping, bounds: &[f64], law: Law) -> Vec<f64> {
+/// `bounds` is k_b of every spring, N/m; `factors` is p_s of every spring.
+///
+/// # Panics
+/// When there is not one bound and one factor for every spring.
+pub fn upper_bounds(grouping: &Grouping, bounds: &[f64], factors: &[f64]) -> Vec<f64> {
+    assert_eq!(
+        [bounds.len(), factors.len()],
+        [grouping.group_of.len(); 2],
+        "one bound and one factor for every spring"
+    );
     let mut upper = vec![0.0_f64; grouping.groups.len()];
-    for ((spring, &group), &bound) in network.springs.iter().zip(&grouping.group_of).zip(bounds) {
-        let value = match law {
-            Law::Stiffness => bound,
-            Law::AxialRigidity => bound * spring.length,
-        };
-        upper[group as usize] = upper[group as usize].max(value);
+    for ((&group, bound), factor) in grouping.group_of.iter().zip(bounds).zip(factors) {
+        upper[group as usize] = upper[group as usize].max(bound / factor);
     }
     upper
 }

@@ -1,14 +1,12 @@
-//! What the number of a group means for one of its springs.
-//!
-//! The calibration finds one number phi_a for each group. A spring s of the group has the stiffness
+//! How often a spring counts, and what the number of its group means for it.
 //!
 //! ```text
-//! k_s = phi_a w_s,     w_s = c_s            (law "stiffness": phi is a stiffness, N/m)
-//!                      w_s = c_s / l0_s     (law "axial_rigidity": phi is EA, N)
+//! k_s = phi_a w_s,     w_s = c_s p_s
 //! ```
 //!
-//! with c_s the number of grid cells that contain the spring (weighting "cells": as when every cell assembles its own
-//! springs, the reading that agrees with (3.13)) or 1 (weighting "springs").
+//! with phi_a the number of the group of the spring, p_s the factor of its profile ([`super::profiles`]), and c_s the number
+//! of grid cells that contain the spring (weighting "cells": as when every cell assembles its own springs, the reading that
+//! agrees with (3.13)) or 1 (weighting "springs").
 
 use super::grouping::Grouping;
 use super::network::{Network, Spring};
@@ -24,32 +22,23 @@ pub enum Weighting {
     Springs,
 }
 
-/// What the springs of a group have in common.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Law {
-    /// The stiffness k, N/m.
-    #[default]
-    Stiffness,
-    /// The axial rigidity EA, N: k = EA / l0.
-    AxialRigidity,
-}
-
-/// w_s: the stiffness of a spring is the number of its group times this. 1 or 1/m.
-pub fn coefficient(spring: &Spring, weighting: Weighting, law: Law) -> f64 {
-    let count = match weighting {
-        Weighting::Cells => f64::from(spring.cells),
-        Weighting::Springs => 1.0,
-    };
-    match law {
-        Law::Stiffness => count,
-        Law::AxialRigidity => count / spring.length,
+impl Weighting {
+    /// c_s.
+    pub fn count(self, spring: &Spring) -> f64 {
+        match self {
+            Self::Cells => f64::from(spring.cells),
+            Self::Springs => 1.0,
+        }
     }
 }
 
-/// w_s of all springs, one each.
-pub fn coefficients(network: &Network, weighting: Weighting, law: Law) -> Vec<f64> {
-    network.springs.iter().map(|spring| coefficient(spring, weighting, law)).collect()
+/// w_s of all springs: the stiffness of a spring is the number of its group times this. `factors` is p_s of every spring.
+///
+/// # Panics
+/// When there is not one factor for every spring.
+pub fn coefficients(network: &Network, weighting: Weighting, factors: &[f64]) -> Vec<f64> {
+    assert_eq!(network.springs.len(), factors.len(), "one factor for every spring");
+    network.springs.iter().zip(factors).map(|(spring, factor)| weighting.count(spring) * factor).collect()
 }
 
 /// k_s of all springs, N/m: what one simulates with. `coefficients` is w_s of every spring, `phi` one number a group.

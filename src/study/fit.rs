@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::reference::Reference;
 use crate::scene::Scene;
 use crate::springs::affine::AffineStiffness;
-use crate::springs::grouping::{self, Grouping};
+use crate::springs::grouping::{self, Grouping, Request};
 use crate::springs::solver::{GridSprings, SpringOperator, SpringSolver};
 use crate::springs::{bounds, weighting};
 
@@ -24,6 +24,7 @@ use super::body::Body;
 use super::linear_fit::{self, Goal};
 use super::loads::LoadCase;
 use super::network::{self, Lattice};
+use super::spring_sets;
 
 /// Bytes that the Jacobians of Gauss-Newton may take.
 const LARGEST_JACOBIAN: f64 = 8e9;
@@ -36,7 +37,7 @@ pub struct Calibration {
     pub best: usize,
     /// The groups of the best row.
     pub grouping: Grouping,
-    /// Their stiffness phi, N/m (N with the law "axial_rigidity").
+    /// Their stiffness phi, in the unit of the profile: N/m unless the scene says otherwise.
     pub phi: Vec<f64>,
     /// Their upper bounds, like phi.
     pub upper: Vec<f64>,
@@ -158,8 +159,12 @@ pub(super) fn group(scene: &Scene, body: &Body, lattice: &Lattice) -> Result<(Ve
         true => scene.calibration.gamma.values()?.into_iter().map(Some).collect(),
         false => vec![None],
     };
-    // the second argument is ignored by a rule that does not use gamma
-    let one = |gamma: &Option<f64>| (rule.group)(&lattice.network, gamma.unwrap_or_default());
+    let sets = spring_sets::sets(scene, body)?;
+    let usual = Request { groups: scene.springs.groups, sets: &sets, ..Request::default() };
+    let one = |gamma: &Option<f64>| {
+        let request = Request { gamma: gamma.unwrap_or(usual.gamma), ..usual };
+        (rule.group)(&lattice.network, &request)
+    };
     let groupings = gammas.iter().map(one).collect::<Result<_>>()?;
     Ok((gammas, groupings))
 }
@@ -193,7 +198,7 @@ impl Given<'_> {
 
     /// The springs and bounds of one grouping.
     fn problem(&self, goal: &Goal, grouping: &Grouping, index: usize) -> Result<SweepProblem<'_>> {
-        let Lattice { network, symbolic, coefficients, spring_bounds, .. } = self.lattice;
+        let Lattice { network, symbolic, factors, coefficients, spring_bounds, .. } = self.lattice;
         let dofs = &self.body.dofs;
         let operator = match symbolic {
             Some(symbolic) => SpringOperator::Assembled {
@@ -205,7 +210,7 @@ impl Given<'_> {
                 SpringOperator::OnGrid(GridSprings { network, grid, dofs, grouping: grouping.clone(), coefficients })
             }
         };
-        let upper = bounds::upper_bounds(network, grouping, spring_bounds, self.scene.springs.law);
+        let upper = bounds::upper_bounds(grouping, spring_bounds, factors);
         Ok(SweepProblem { operator, upper, search: goal.search(self, grouping)?, index })
     }
 

@@ -3,14 +3,15 @@
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::scene::Scene;
+use crate::scene::{Scene, Springs};
 use crate::sparse::cholesky::{Factor, Symbolic};
 use crate::springs::affine::{self, AffineStiffness};
-use crate::springs::grouping;
+use crate::springs::grouping::{self, Request};
 use crate::springs::network::Network;
+use crate::springs::profiles::{self, Profile};
 use crate::springs::solver::{self, Choice, GridSprings, Path};
 use crate::springs::topology::{self, Topology};
-use crate::springs::{bounds, weighting};
+use crate::springs::{bounds, edge_list, weighting};
 
 use super::body::Body;
 use super::continuum::Continuum;
@@ -38,6 +39,8 @@ pub struct Lattice {
     pub symbolic: Option<Arc<Symbolic>>,
     /// How K(phi) u = f is solved, and why.
     pub choice: Choice,
+    /// p_s: the factor that the profile gives every spring.
+    pub factors: Vec<f64>,
     /// k_s = phi w_s: the coefficient of every spring.
     pub coefficients: Vec<f64>,
     /// Upper bound (4.19) of every spring, N/m.
@@ -78,8 +81,9 @@ pub fn connect(scene: &Scene, body: &Body) -> Result<Lattice> {
     let topology = topology::find(name).ok_or_else(|| {
         Error::input("springs.topology", format!("there is no topology {name}"), "see `springfit list topologies`")
     })?;
-    let network = network_of(topology, body);
-    let coefficients = weighting::coefficients(&network, scene.springs.weighting, scene.springs.law);
+    let network = with_edges(network_of(topology, body), scene, body)?;
+    let factors = (profile(scene)?.factor)(&network, &[]);
+    let coefficients = weighting::coefficients(&network, scene.springs.weighting, &factors);
     let measures = match &body.continuum {
         Continuum::Splines { patch, .. } => {
             bounds::node_measures(&patch.grid(), patch.points(), &body.dofs, body.thickness)
@@ -95,7 +99,33 @@ pub fn connect(scene: &Scene, body: &Body) -> Result<Lattice> {
         ));
     }
     let choice = Choice { path: Path::Multigrid, reason: String::new() };
-    Ok(Lattice { network, symbolic: None, choice, coefficients, spring_bounds, warnings })
+    Ok(Lattice { network, symbolic: None, choice, factors, coefficients, spring_bounds, warnings })
+}
+
+/// The network with the springs that the scene names.
+fn with_edges(mut network: Network, scene: &Scene, body: &Body) -> Result<Network> {
+    let Springs { edges, edge_file, .. } = &scene.springs;
+    let from_file = edge_file.as_deref().map(edge_list::read).transpose()?.unwrap_or_default();
+    if edges.is_empty() && from_file.is_empty() {
+        return Ok(network);
+    }
+    let known = network_of(topology::find("second_ring").expect("the table has it"), body);
+    let grid = body.grid();
+    for (key, pairs) in [("springs.edges", edges), ("springs.edge_file", &from_file)] {
+        edge_list::add(&mut network, pairs, key, &known, grid.as_ref(), &body.dofs)?;
+    }
+    Ok(network)
+}
+
+/// The profile of a scene.
+///
+/// # Errors
+/// [`Error::Input`] for an unknown name.
+pub fn profile(scene: &Scene) -> Result<&'static Profile> {
+    let name = &scene.springs.profile;
+    profiles::find(name).ok_or_else(|| {
+        Error::input("springs.profile", format!("there is no profile {name}"), "see `springfit list profiles`")
+    })
 }
 
 /// The springs of a topology: on the control grid of a patch, along the cells of a mesh.
@@ -114,7 +144,7 @@ impl Lattice {
 
     /// A trial of multigrid with k = 1 for every spring: why to take it, or why not.
     fn try_grid(&self, body: &Body) -> std::result::Result<String, String> {
-        let kinds = (grouping::find("kind").expect("the table has it").group)(&self.network, 0.0)
+        let kinds = (grouping::find("kind").expect("the table has it").group)(&self.network, &Request::default())
             .map_err(|error| error.to_string())?;
         let grid = body.grid().ok_or("the nodes do not lie on a grid")?;
         let ones = vec![1.0; self.network.springs.len()];
@@ -143,7 +173,7 @@ impl Lattice {
     /// [`Error::Mechanism`] with a loose node.
     pub fn analysed(mut self, scene: &Scene, body: &Body, instead: Option<&str>) -> Result<Self> {
         let pattern = affine::pattern(&self.network, &body.dofs);
-        let symbolic = Symbolic::analyse(&pattern, body.spring_order(&pattern)?)?;
+        let symbolic = Symbolic::analyse(&pattern, body.spring_order(&self.network, &pattern)?)?;
         self.choice = solver::choose(&settings(scene), &symbolic);
         if let Some(instead) = instead {
             self.choice.reason += &format!("; not multigrid: {instead}");
@@ -155,7 +185,7 @@ impl Lattice {
 
     /// Factors the network with k = 1 for every spring: a pivot that vanishes names a loose node.
     fn check_stiff(&self, body: &Body, symbolic: &Arc<Symbolic>) -> Result<()> {
-        let kinds = (grouping::find("kind").expect("the table has it").group)(&self.network, 0.0)?;
+        let kinds = (grouping::find("kind").expect("the table has it").group)(&self.network, &Request::default())?;
         let ones = vec![1.0; self.network.springs.len()];
         let stiffness = AffineStiffness::new(&self.network, &kinds, &ones, &body.dofs, symbolic);
         let mut factor = Factor::new(Arc::clone(symbolic));

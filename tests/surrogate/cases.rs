@@ -16,10 +16,10 @@ use springfit::reference::Reference;
 use springfit::rng::Stream;
 use springfit::scene::{self, Scene, Source};
 use springfit::springs::affine::AffineStiffness;
-use springfit::springs::grouping::{Group, Grouping};
+use springfit::springs::bounds;
+use springfit::springs::grouping::{self, Group, Grouping, Request};
 use springfit::springs::solver::{Path, SpringOperator};
 use springfit::springs::weighting::Weighting;
-use springfit::springs::{bounds, grouping};
 use springfit::study::loads::LoadCase;
 use springfit::study::network::Lattice;
 use springfit::study::{body, loads, network};
@@ -49,9 +49,10 @@ pub fn weighted_case(shape: &str, gamma: f64, weighting: Weighting) -> Case {
     let order = body.reference_order(&points).expect("an order");
     let forces = vec![loads[0].load.clone()];
     let reference = Reference::solve(&points, body.lame, &body.dofs, order, &forces).expect("solvable");
-    let groups = (grouping::find("length").expect("known").group)(&lattice.network, gamma).expect("legal gamma");
+    let groups = (grouping::find("length").expect("known").group)(&lattice.network, &Request::with_gamma(gamma))
+        .expect("legal gamma");
     let operator = operator(&lattice, &groups, &body.dofs);
-    let upper = bounds::upper_bounds(&lattice.network, &groups, &lattice.spring_bounds, scene.springs.law);
+    let upper = bounds::upper_bounds(&groups, &lattice.spring_bounds, &lattice.factors);
     let weights = weights(&[reference.cases[0].u_max], body.dofs.masters().count());
     Case { operator, loads, reference: reference.cases[0].displacement.clone(), weights, upper }
 }
@@ -161,14 +162,15 @@ pub fn online_cost(n: usize, parts: usize, r: usize) -> (f64, f64, f64) {
     let body = body::build(&scene).expect("a body");
     let loads = loads::build(&scene, &body).expect("loads");
     let lattice = network::build(&scene, &body).expect("a network");
-    let length = (grouping::find("length").expect("known").group)(&lattice.network, 0.1).expect("legal gamma");
+    let length = (grouping::find("length").expect("known").group)(&lattice.network, &Request::with_gamma(0.1))
+        .expect("legal gamma");
     let group_of: Vec<u32> =
         length.group_of.iter().enumerate().map(|(s, &g)| g * parts as u32 + (s % parts) as u32).collect();
     let count = |a: usize| group_of.iter().filter(|&&g| g as usize == a).count();
     let group = |a: usize| Group { name: a.to_string(), springs: count(a), length: 1.0 };
     let groups = Grouping { groups: (0..length.groups.len() * parts).map(group).collect(), group_of };
     let operator = operator(&lattice, &groups, &body.dofs);
-    let upper = bounds::upper_bounds(&lattice.network, &groups, &lattice.spring_bounds, scene.springs.law);
+    let upper = bounds::upper_bounds(&groups, &lattice.spring_bounds, &lattice.factors);
     let forces = &loads[0].load.forces;
     let target = Target { operator: &operator, upper: &upper, forces, reference: forces, weights: &[1.0] };
     let phi: Vec<f64> = upper.iter().map(|upper| 0.1 * upper).collect();

@@ -15,7 +15,7 @@ use crate::scene::{self, Scene, Source};
 use crate::sparse::cholesky::Symbolic;
 use crate::springs::affine::{self, AffineStiffness};
 use crate::springs::bounds;
-use crate::springs::grouping::{self, Grouping};
+use crate::springs::grouping::{self, Grouping, Request};
 use crate::springs::solver::SpringOperator;
 use crate::study::body::{self, Body};
 use crate::study::loads;
@@ -59,8 +59,9 @@ impl Cube {
         let body = body::build(&scene)?;
         let forces = loads::build(&scene, &body)?.swap_remove(0).load.forces;
         let lattice = network::connect(&scene, &body)?;
-        let groups = (grouping::find("length").expect("the table has it").group)(&lattice.network, 0.1)?;
-        let upper = bounds::upper_bounds(&lattice.network, &groups, &lattice.spring_bounds, scene.springs.law);
+        let groups =
+            (grouping::find("length").expect("the table has it").group)(&lattice.network, &Request::with_gamma(0.1))?;
+        let upper = bounds::upper_bounds(&groups, &lattice.spring_bounds, &lattice.factors);
         let phi = upper.iter().map(|upper| FRACTION * upper).collect();
         Ok(Self { size, body, forces, lattice, grouping: groups, phi, operator: OnceCell::new() })
     }
@@ -73,7 +74,7 @@ impl Cube {
         if self.operator.get().is_none() {
             let Lattice { network, coefficients, .. } = &self.lattice;
             let pattern = affine::pattern(network, &self.body.dofs);
-            let symbolic = Symbolic::analyse(&pattern, self.body.spring_order(&pattern)?)?;
+            let symbolic = Symbolic::analyse(&pattern, self.body.spring_order(&self.lattice.network, &pattern)?)?;
             let stiffness = AffineStiffness::new(network, &self.grouping, coefficients, &self.body.dofs, &symbolic);
             // nobody else can have set it: the cell is not shared between threads
             let _ = self.operator.set(SpringOperator::Assembled { stiffness, symbolic });

@@ -26,8 +26,9 @@ use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
 use crate::scene::{self, Scene, Source};
 use crate::springs::affine::AffineStiffness;
+use crate::springs::bounds;
+use crate::springs::grouping::{self, Request};
 use crate::springs::solver::{Path, SpringOperator};
-use crate::springs::{bounds, grouping};
 use crate::study::{self, body, loads, network};
 
 /// Control points along an edge that are measured unless others are asked for.
@@ -169,14 +170,14 @@ fn exact_error(text: &str, size: usize, found: &Value, progress: &Progress) -> R
     let reference = study::solve_reference(&body, &cases, progress)?;
     let lattice = network::build(&body.resolved, &body)?;
     let group = grouping::find("length").expect("the table has it").group;
-    let grouping = group(&lattice.network, found["gamma"].as_f64().unwrap_or(f64::NAN))?;
+    let grouping = group(&lattice.network, &Request::with_gamma(found["gamma"].as_f64().unwrap_or(f64::NAN)))?;
     let symbolic = Arc::clone(lattice.symbolic.as_ref().expect("the direct path has an analysis"));
     let stiffness = AffineStiffness::new(&lattice.network, &grouping, &lattice.coefficients, &body.dofs, &symbolic);
     let groups = found["groups"].as_array().into_iter().flatten();
     let phi: Vec<f64> = groups.filter_map(|group| group["stiffness"].as_f64()).collect();
     let target = Target {
         operator: &SpringOperator::Assembled { stiffness, symbolic },
-        upper: &bounds::upper_bounds(&lattice.network, &grouping, &lattice.spring_bounds, scene.springs.law),
+        upper: &bounds::upper_bounds(&grouping, &lattice.spring_bounds, &lattice.factors),
         forces: &cases[0].load.forces,
         reference: &reference.cases[0].displacement,
         weights: &weights(&[reference.cases[0].u_max], body.dofs.masters().count()),

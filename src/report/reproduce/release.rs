@@ -10,9 +10,8 @@ use crate::calibration::optimisers::least_squares;
 use crate::error::{Error, Result};
 use crate::geometry::dofs::{DofMap, FIXED};
 use crate::geometry::grid::Grid;
-use crate::springs::grouping::{self, Grouping};
+use crate::springs::grouping::{self, Grouping, Request};
 use crate::springs::network::Network;
-use crate::springs::weighting::{Law, Weighting, coefficients};
 use crate::springs::{force, topology};
 
 /// Side of the membrane, m.
@@ -46,13 +45,13 @@ pub fn recover(
     let fixed: Vec<[bool; 3]> = (0..grid.len()).map(|node| [held(grid.index(node)); 3]).collect();
     let dofs = DofMap::untied(2, &fixed);
     let network = (named(topology::find("grid"), "topology")?.connect)(&grid, &positions, &dofs);
-    let kinds = (named(grouping::find("kind"), "grouping")?.group)(&network, 0.0)?;
+    let kinds = (named(grouping::find("kind"), "grouping")?.group)(&network, &Request::default())?;
     let moved = |node: usize| if fixed[node][0] { [0.0; 3] } else { displace(positions[node]) };
     let displacement: Vec<[f64; 3]> = (0..grid.len()).map(moved).collect();
     let resistance = resistance(&network, &kinds, &dofs, &displacement);
     let target = Target {
         network: &network,
-        coefficients: &coefficients(&network, Weighting::Springs, Law::Stiffness),
+        coefficients: &vec![1.0; network.springs.len()],
         dofs: &dofs,
         masses: &vec![MASS / grid.len() as f64; grid.len()],
         states: &[State { name: "the release".into(), displacement, resistance }],

@@ -81,7 +81,7 @@ pub fn before_calibration(
     let network = &lattice.network;
     let mut stiffest = vec![0.0_f64; network.springs.len()];
     for grouping in groupings {
-        let upper = bounds::upper_bounds(network, grouping, &lattice.spring_bounds, scene.springs.law);
+        let upper = bounds::upper_bounds(grouping, &lattice.spring_bounds, &lattice.factors);
         let stiffness = weighting::stiffness(grouping, &lattice.coefficients, &upper);
         stiffest.iter_mut().zip(stiffness).for_each(|(most, k)| *most = most.max(k));
     }

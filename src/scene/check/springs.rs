@@ -1,0 +1,60 @@
+//! Checks of `[springs]`: names, the number of groups, and the sets.
+
+use crate::error::{Error, Result};
+use crate::springs::grouping;
+
+use super::super::check_load::check_place;
+use super::super::choices::{known, names};
+use super::super::{Gamma, GammaSweep, Scene, SpringSet, Springs};
+use super::{length, within};
+
+/// Most groups that a grouping may be asked for.
+const MOST_GROUPS: usize = 1_000_000;
+
+pub(super) fn check(springs: &Springs) -> Result<()> {
+    known("springs.topology", &springs.topology, &names("springs.topology"))?;
+    known("springs.profile", &springs.profile, &names("springs.profile"))?;
+    known("springs.grouping", &springs.grouping, &names("springs.grouping"))?;
+    within("springs.groups", springs.groups, 1, MOST_GROUPS)?;
+    if springs.topology == "list" && springs.edges.is_empty() && springs.edge_file.is_none() {
+        let help = "add springs.edges = [[0, 1], ...] or springs.edge_file, or choose another topology";
+        return Err(Error::input("springs.topology", "\"list\" has no springs of its own", help));
+    }
+    springs.sets.iter().enumerate().try_for_each(|(i, set)| check_set(set, i, &springs.sets[..i]))
+}
+
+fn check_set(set: &SpringSet, i: usize, earlier: &[SpringSet]) -> Result<()> {
+    let key = format!("springs.sets[{i}]");
+    if set.name == "rest" || earlier.iter().any(|other| other.name == set.name) {
+        let help = "every group needs a name of its own; \"rest\" is that of the springs in no set";
+        return Err(Error::input(format!("{key}.name"), format!("\"{}\" is taken", set.name), help));
+    }
+    let place = set.place();
+    match (set.nodes.is_empty(), place.face.is_none() && place.set.is_none() && place.region.is_none()) {
+        (false, true) => Ok(()),
+        (false, false) => Err(Error::input(key, "several places are given", "keep one of face, set, box, nodes")),
+        (true, _) => check_place(place, &key),
+    }
+}
+
+/// Checks the boxes of the sets against a body in `dimension` directions.
+pub(super) fn check_dimension(springs: &Springs, dimension: usize) -> Result<()> {
+    for (i, set) in springs.sets.iter().enumerate() {
+        let region = set.r#box.as_ref();
+        length(&format!("springs.sets[{i}].box.min"), region.map(|region| region.min.len()), dimension)?;
+        length(&format!("springs.sets[{i}].box.max"), region.map(|region| region.max.len()), dimension)?;
+    }
+    Ok(())
+}
+
+/// Settings that the grouping does not use.
+pub(super) fn warnings(scene: &Scene) -> Vec<String> {
+    let springs = &scene.springs;
+    let uses_gamma = grouping::find(&springs.grouping).is_none_or(|rule| rule.uses_gamma);
+    let idle = [
+        ("calibration.gamma", !uses_gamma && scene.calibration.gamma != Gamma::Sweep(GammaSweep::default())),
+        ("springs.sets", springs.grouping != "sets" && !springs.sets.is_empty()),
+    ];
+    let idle = idle.into_iter().filter(|(_, idle)| *idle);
+    idle.map(|(key, _)| format!("{key} has no effect on the grouping \"{}\"", springs.grouping)).collect()
+}
