@@ -5,11 +5,12 @@
 //! 3. the continuum reference: K_ref u_ref = f;
 //! 4. the springs on the same nodes, and one analysis of their pattern ([`network`]);
 //! 5. groups and bounds for every gamma, the fit of each (Algorithm 5.1), and the errors under fitted and held-out loads
-//!    ([`fit`], and [`linear_fit`] for the objectives other than the displacement);
+//!    ([`fit`]; [`linear_fit`] for the objectives other than the displacement, [`adaptive`] for groups that adapt);
 //! 6. masses, damping, safe steps and motions if the scene asks for them ([`mod@motion`]).
 //!
 //! This is the only room that knows all rooms below.
 
+pub mod adaptive;
 pub mod body;
 pub mod continuum;
 pub mod fit;

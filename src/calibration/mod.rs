@@ -8,9 +8,11 @@
 //! | [`optimiser`] | what every optimiser is given and gives back; their table |
 //! | [`optimisers`] | annealing, Gauss-Newton, hybrid, bounded least squares |
 //! | [`errors`] | how far the calibrated network is from the continuum |
+//! | [`adaptive`] | groups that split where the error asks for it |
 //! | [`surrogate`] | a reduced basis of displacements with an error bound |
 //! | [`sweep`] | Algorithm 5.1: groupings over gamma, equal ones solved once |
 
+pub mod adaptive;
 pub mod errors;
 pub mod linear;
 pub mod objective;

@@ -72,6 +72,12 @@ pub enum Stop {
     Solved,
     /// Nothing was searched: a formula gave the stiffness.
     Formula,
+    /// A ladder of groups came to the most groups of the scene.
+    GroupLimit,
+    /// A ladder came to the error of the scene.
+    ErrorReached,
+    /// The held-out error did not fall for as many rungs of a ladder as the scene allows.
+    HeldOutRises,
 }
 
 impl Stop {
@@ -85,6 +91,9 @@ impl Stop {
             Self::EvaluationLimit => "evaluation_limit",
             Self::Solved => "solved",
             Self::Formula => "formula",
+            Self::GroupLimit => "group_limit",
+            Self::ErrorReached => "error_reached",
+            Self::HeldOutRises => "held_out_rises",
         }
     }
 }

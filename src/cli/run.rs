@@ -6,6 +6,7 @@ use std::sync::Arc;
 use springfit::clock::Progress;
 use springfit::error::Error;
 use springfit::export::write;
+use springfit::report::ladder;
 use springfit::report::result::Document;
 use springfit::report::summary;
 use springfit::scene::{self, Input};
@@ -45,6 +46,9 @@ fn study(arguments: &RunArguments, input: &Input, progress: &Progress) -> spring
     let document = Document::of(&study).to_json();
     if let Some(folder) = &arguments.out {
         study.export(folder)?;
+        if !study.calibration.ladder.is_empty() {
+            write::whole(&folder.join("ladder.svg"), ladder::plot(&study.calibration.ladder).as_bytes())?;
+        }
         write::whole(&folder.join("result.json"), document.as_bytes())?;
     }
     let text = if arguments.json { document } else { summary::run(&study) };

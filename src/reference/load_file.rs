@@ -58,17 +58,25 @@ pub fn read(path: &Path, wanted: Wanted) -> Result<Vec<[f64; 3]>> {
         let message = format!("is not a regular file of at most {LARGEST_FILE} bytes");
         return Err(wrong(message, "give the path of a JSON file with forces"));
     }
-    let text = fs::read_to_string(path).map_err(cannot)?;
+    parse(&fs::read_to_string(path).map_err(cannot)?, path, wanted)
+}
+
+/// The forces in the text of such a file; errors name it by `path`.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(text: &str, path: &Path, wanted: Wanted) -> Result<Vec<[f64; 3]>> {
+    let wrong = |message: String, help: &str| Error::File { path: path.into(), message, help: help.into() };
     let unreadable = |error: serde_json::Error| {
         wrong(format!("{error}"), "one force [x, y, z] in N for every control point; see `springfit schema`, load.file")
     };
     let forces = if text.trim_start().starts_with('[') {
-        serde_json::from_str::<Forces>(&text).map_err(unreadable)?
+        serde_json::from_str::<Forces>(text).map_err(unreadable)?
     } else if let Some(body) = wanted.body {
-        let bodies = serde_json::from_str::<Bodies>(&text).map_err(unreadable)?.bodies;
+        let bodies = serde_json::from_str::<Bodies>(text).map_err(unreadable)?.bodies;
         pick(pick(bodies, "body", Some(body))?.cases, "case", wanted.case)?
     } else {
-        let cases = serde_json::from_str::<Cases>(&text).map_err(unreadable)?.cases;
+        let cases = serde_json::from_str::<Cases>(text).map_err(unreadable)?.cases;
         pick(cases, "case", wanted.case)?
     };
     pad(&forces, wanted).map_err(|(message, help)| wrong(message, &help))

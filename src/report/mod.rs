@@ -3,12 +3,14 @@
 //! | file | idea |
 //! |---|---|
 //! | [`result`] | result.json |
+//! | [`ladder`] | groups that adapt: its part in result.json, table and plot |
 //! | [`motion`] | its part about masses, steps and motions |
 //! | [`summary`] | what a person reads after a run or a check |
 //! | [`reproduce`] | tables and experiments of the sources, theirs beside ours |
 //! | [`mod@bench`] | speed against error on this machine |
 
 pub mod bench;
+pub mod ladder;
 pub mod motion;
 pub mod reproduce;
 pub mod result;

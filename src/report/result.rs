@@ -11,6 +11,7 @@ use crate::calibration::errors::Errors;
 use crate::clock;
 use crate::memory;
 use crate::reference::Path;
+use crate::report::ladder;
 use crate::report::motion::Dynamics;
 use crate::scene::Scene;
 use crate::study::plan::Sizes;
@@ -72,6 +73,9 @@ struct Calibration<'a> {
     counts: Counts,
     solver: Solver<'a>,
     trace: Vec<(f64, u64, f64)>,
+    /// The networks on the way, where the groups adapt.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    ladder: Vec<ladder::Row<'a>>,
 }
 
 #[derive(Debug, Serialize)]
@@ -229,6 +233,7 @@ fn calibration(study: &Study) -> Calibration<'_> {
         },
         solver: solver(study, best),
         trace: best.outcome.trace.iter().map(|p| (p.seconds, p.refactorisations, p.error)).collect(),
+        ladder: ladder::rows(&found.ladder),
     }
 }
 

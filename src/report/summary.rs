@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::calibration::errors::Errors;
 use crate::memory;
-use crate::report::motion;
+use crate::report::{ladder, motion};
 use crate::study::Study;
 use crate::study::plan::{Plan, Sizes};
 
@@ -50,6 +50,9 @@ pub fn run(study: &Study) -> String {
             "{gamma:>8} {:>7} {:>10.4} {:>10.4} {work}{mark}",
             row.groups, row.errors.e_rms, row.errors.e_max
         ));
+    }
+    if !found.ladder.is_empty() {
+        line(format!("\n{}", ladder::table(&found.ladder).trim_end()));
     }
     line(format!("\n{:<24} {:>8} {:>10} {:>14} {:>14}", "group", "springs", "length m", "stiffness", "upper bound"));
     let shown = 32;

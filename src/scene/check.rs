@@ -35,6 +35,7 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     check_load::check(&scene.load)?;
     check_reference(scene)?;
     springs::check(&scene.springs)?;
+    springs::check_adaptive(scene)?;
     calibration::check(&scene.calibration)?;
     check_solver(&scene.solver)?;
     if let Some(dynamics) = &scene.dynamics {

@@ -34,6 +34,14 @@ pub struct Springs {
     pub grouping: String,
     /// Most groups, for a grouping that chooses their number; default 16.
     pub groups: usize,
+    /// The error in percent at which the grouping "adaptive" stops splitting, above 0: that of the held-out loads, of the fitted
+    /// ones where none is held out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_error: Option<f64>,
+    /// Splits without a lower error of the held-out loads after which the grouping "adaptive" stops and returns to the groups
+    /// with the lowest one, at least 1; absent: it does not look.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub patience: Option<usize>,
     /// Parts of the body with groups of their own, for the grouping "sets": one `[[springs.sets]]` table each.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sets: Vec<SpringSet>,
@@ -76,6 +84,8 @@ impl Default for Springs {
             profile: "constant".into(),
             grouping: "length".into(),
             groups: 16,
+            max_error: None,
+            patience: None,
             sets: Vec::new(),
         }
     }

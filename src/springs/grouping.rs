@@ -97,6 +97,12 @@ pub const GROUPINGS: &[Rule] = &[
         group: k_means::by_clusters,
     },
     Rule {
+        name: "adaptive",
+        doc: "the kinds, split where the error asks for it, until there are springs.groups of them",
+        uses_gamma: false,
+        group: place::by_kind,
+    },
+    Rule {
         name: "sets",
         doc: "the parts of the body in [[springs.sets]], and the rest",
         uses_gamma: false,

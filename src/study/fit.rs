@@ -6,6 +6,7 @@
 
 use std::sync::Arc;
 
+use crate::calibration::adaptive::Rung;
 use crate::calibration::errors::{self, Errors};
 use crate::calibration::objective::Counts;
 use crate::calibration::objectives::displacement::weights;
@@ -20,6 +21,7 @@ use crate::springs::grouping::{self, Grouping, Request};
 use crate::springs::solver::{GridSprings, SpringOperator, SpringSolver};
 use crate::springs::{bounds, weighting};
 
+use super::adaptive;
 use super::body::Body;
 use super::linear_fit::{self, Goal};
 use super::loads::LoadCase;
@@ -55,6 +57,8 @@ pub struct Calibration {
     pub global_strain: [f64; 2],
     /// Work of the whole sweep.
     pub counts: Counts,
+    /// The networks on the way, where the groups adapt; otherwise empty.
+    pub ladder: Vec<Rung>,
 }
 
 impl Calibration {
@@ -105,11 +109,24 @@ pub struct Given<'a> {
     pub lattice: &'a Lattice,
 }
 
+/// Some load cases, one after the other.
+pub(super) struct Cases {
+    /// Forces over the free dofs (cases x n), N.
+    pub forces: Vec<f64>,
+    /// Displacements of the continuum (cases x n), m.
+    pub reference: Vec<f64>,
+    /// Weight of each case, percent per metre.
+    pub weights: Vec<f64>,
+}
+
 /// Fits the network of a scene to the reference.
 ///
 /// # Errors
 /// [`Error::Input`] for a name or gamma that is not allowed; those of the optimiser.
 pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
+    if given.scene.springs.grouping == adaptive::NAME {
+        return adaptive::calibrate(given, progress);
+    }
     let (gammas, groupings) = group(given.scene, given.body, given.lattice)?;
     let goal = linear_fit::goal(&given)?;
     let same = sweep::first_equal(&groupings);
@@ -196,8 +213,20 @@ impl Given<'_> {
         (0..self.loads.len()).filter(|&c| self.loads[c].fit).collect()
     }
 
+    /// The cases that are fitted, or those that are held out.
+    pub(super) fn cases(&self, fit: bool) -> Cases {
+        let chosen: Vec<usize> = (0..self.loads.len()).filter(|&c| self.loads[c].fit == fit).collect();
+        let largest: Vec<f64> = chosen.iter().map(|&c| self.reference.cases[c].u_max).collect();
+        let answers = chosen.iter().map(|&c| &self.reference.cases[c].displacement);
+        Cases {
+            forces: chosen.iter().flat_map(|&c| self.loads[c].load.forces.iter().copied()).collect(),
+            reference: answers.flatten().copied().collect(),
+            weights: weights(&largest, self.body.dofs.masters().count()),
+        }
+    }
+
     /// The springs and bounds of one grouping.
-    fn problem(&self, goal: &Goal, grouping: &Grouping, index: usize) -> Result<SweepProblem<'_>> {
+    pub(super) fn problem(&self, goal: &Goal, grouping: &Grouping, index: usize) -> Result<SweepProblem<'_>> {
         let Lattice { network, symbolic, factors, coefficients, spring_bounds, .. } = self.lattice;
         let dofs = &self.body.dofs;
         let operator = match symbolic {
@@ -217,7 +246,7 @@ impl Given<'_> {
     /// Refuses matrices that would not fit: a Jacobian with one column a group, four copies at a time for each of two
     /// starts; for a linear objective the pull of every group on every node, and some triangles as wide as the groups.
     /// The number of threads does not count, so that a scene is refused on every machine or on none.
-    fn check_memory(&self, groups: usize) -> Result<()> {
+    pub(super) fn check_memory(&self, groups: usize) -> Result<()> {
         let (optimiser, _) = optimiser(self.scene)?;
         let unknowns = self.body.dofs.len() as f64;
         let columns = groups as f64;
@@ -235,13 +264,8 @@ impl Given<'_> {
     }
 
     /// Runs the optimiser on all problems.
-    fn solve(&self, problems: &[SweepProblem], progress: &Progress) -> Result<Vec<Solved>> {
-        let fitted = self.fitted();
-        let forces: Vec<f64> = fitted.iter().flat_map(|&c| self.loads[c].load.forces.iter().copied()).collect();
-        let targets: Vec<f64> =
-            fitted.iter().flat_map(|&c| self.reference.cases[c].displacement.iter().copied()).collect();
-        let largest: Vec<f64> = fitted.iter().map(|&c| self.reference.cases[c].u_max).collect();
-        let weights = weights(&largest, self.body.dofs.masters().count());
+    pub(super) fn solve(&self, problems: &[SweepProblem], progress: &Progress) -> Result<Vec<Solved>> {
+        let Cases { forces, reference: targets, weights } = self.cases(true);
         let (optimiser, settings) = optimiser(self.scene)?;
         let expected = problems.iter().map(|problem| (optimiser.expected_evaluations)(&settings, problem.upper.len()));
         progress.enter("calibration", expected.sum());
@@ -265,13 +289,13 @@ impl Given<'_> {
     }
 
     /// Errors of the fitted cases for their displacements (cases x n).
-    fn fitted_errors(&self, displacement: &[f64]) -> Vec<Errors> {
+    pub(super) fn fitted_errors(&self, displacement: &[f64]) -> Vec<Errors> {
         let cases = self.fitted().into_iter().zip(displacement.chunks_exact(self.body.dofs.len()));
         cases.map(|(c, u)| errors::errors(&self.body.dofs, &self.reference.cases[c].displacement, u)).collect()
     }
 
     /// The calibrated network under all loads.
-    fn finish(
+    pub(super) fn finish(
         &self,
         sweep: Vec<Row>,
         best: usize,
@@ -311,6 +335,7 @@ impl Given<'_> {
             displacements,
             errors,
             counts,
+            ladder: vec![],
         })
     }
 }

@@ -1,4 +1,4 @@
-//! What tells springs apart in space: the numbers that a split may look at.
+//! What tells springs apart in space: the numbers that a split looks at.
 //!
 //! A split of a group is "feature < threshold". Each feature is one number a spring, of the spring itself or of its middle
 //! x_m = (x_a + x_b) / 2; on a grid the middle also has an index, i_m = i_a + offset / 2, which counts in layers. A feature that
@@ -31,9 +31,6 @@ pub struct Feature {
 
 /// All features; of two splits that gain the same the one with the earlier feature is taken.
 pub const FEATURES: &[Feature] = &[
-    Feature { name: "step_1", doc: "step of the spring along the first grid direction: -1, 0, 1", value: |_, s| f64::from(s.offset[0]) },
-    Feature { name: "step_2", doc: "step along the second grid direction", value: |_, s| f64::from(s.offset[1]) },
-    Feature { name: "step_3", doc: "step along the third grid direction", value: |_, s| f64::from(s.offset[2]) },
     Feature { name: "layer_1", doc: "middle along the first grid direction, in layers from its start", value: |site, s| layer(site, s, 0) },
     Feature { name: "layer_2", doc: "middle along the second grid direction", value: |site, s| layer(site, s, 1) },
     Feature { name: "layer_3", doc: "middle along the third grid direction", value: |site, s| layer(site, s, 2) },
@@ -78,4 +75,26 @@ fn nearest(site: &Site, spring: &Spring, nodes: &[u32]) -> f64 {
 /// The features of all springs, one vector each in the order of [`FEATURES`].
 pub fn table(site: &Site) -> Vec<Vec<f64>> {
     FEATURES.iter().map(|feature| site.network.springs.iter().map(|spring| (feature.value)(site, spring)).collect()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::dofs::DofMap;
+    use crate::springs::topology;
+
+    #[test]
+    fn features_of_one_cell() {
+        let grid = Grid::new(&[2, 2]);
+        let positions = [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0]];
+        let dofs = DofMap::untied(2, &[[false; 3]; 4]);
+        let network = (topology::find("grid").unwrap().connect)(&grid, &positions, &dofs);
+        let site = Site { network: &network, grid: Some(grid), boundary: &[0, 1, 2, 3], held: &[0, 2] };
+        let table = table(&site);
+        let edge = network.springs.iter().position(|spring| spring.nodes == [1, 3]).unwrap();
+        let of = |name: &str| table[FEATURES.iter().position(|feature| feature.name == name).unwrap()][edge];
+        assert_eq!(["layer_1", "layer_2", "depth", "x", "y", "d_x", "length"].map(of), [0.5, 1.0, 0.0, 1.0, 1.0, 1.0, 2.0]);
+        assert_eq!(["multiplicity", "to_boundary"].map(of), [1.0, 1.0]);
+        assert_eq!(of("to_support"), 2.0_f64.sqrt());
+    }
 }

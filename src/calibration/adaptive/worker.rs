@@ -1,27 +1,75 @@
-//! The displacement objective (5.7) on groups that change while it works.
+//! A network whose groups change while it is fitted: displacements, columns of the Jacobian, and its transpose.
+//!
+//! Every spring is a group of its own in K(k) = sum_s k_s w_s b_s b_s^T, so that a split changes numbers and nothing else.
+//! With the residual r of [`crate::calibration::objectives::displacement`], r_c = w_c (u_c - u_ref,c) for each load case c,
+//! the derivative by the number of one spring is
+//!
+//! ```text
+//! dr_c/dk_s = -w_c K^-1 b_s w_s (b_s . u_c)
+//! ```
+//!
+//! A set of springs that moves together has the sum of these as its column: one solve a case. The transpose needs no
+//! column: for any z in the space of the residuals and lambda_c = K^-1 z_c
+//!
+//! ```text
+//! z^T dr/dk_s = - sum_c w_c w_s (b_s . lambda_c) (b_s . u_c)
+//! ```
+//!
+//! for all springs at once, one solve a case; with z = r it is half the gradient of the squared error. Two networks are kept, the
+//! one that stands and the one that is tried, each with its factor: going back costs nothing.
 
 use std::borrow::Cow;
 
 use crate::calibration::objective::Counts;
+use crate::clock::Interrupt;
 use crate::error::{Error, Result};
 use crate::sparse::vectors::{dot, scale, square_of_difference};
 use crate::springs::members::Members;
 use crate::springs::solver::{Settings, SpringOperator, SpringSolver};
 
+use super::part::Part;
+
+/// Relative residual that is enough for columns and their transpose on a path that iterates.
+const COLUMN_TOLERANCE: f64 = 1e-6;
+
+/// Load cases with what the continuum does under them.
+#[derive(Clone, Copy)]
+pub struct Cases<'a> {
+    /// Forces over the free dofs, one case after the other (cases x n), N.
+    pub forces: &'a [f64],
+    /// Displacements of the continuum, like the forces, m.
+    pub reference: &'a [f64],
+    /// Weight w_c of each case in percent per metre, see [`crate::calibration::objectives::displacement::weights`].
+    pub weights: &'a [f64],
+}
+
+impl Cases<'_> {
+    /// The error of displacements (cases x n, m), percent (5.7).
+    fn error(&self, displacement: &[f64]) -> f64 {
+        let n = displacement.len() / self.weights.len().max(1);
+        let cases = displacement.chunks_exact(n.max(1)).zip(self.reference.chunks_exact(n.max(1)));
+        let squares =
+            cases.zip(self.weights).map(|((u, reference), w)| w * w * square_of_difference(u, reference));
+        squares.sum::<f64>().sqrt()
+    }
+}
+
 /// What a ladder is climbed on.
 #[derive(Clone, Copy)]
 pub struct Ground<'a> {
-    /// The springs, each a group of its own, with w_s = c_s times the profile.
+    /// The springs, each a group of its own, with w_s as its coefficient.
     pub operator: &'a SpringOperator<'a>,
-    pub forces: &'a [f64],
-    pub reference: &'a [f64],
-    pub weights: &'a [f64],
-    /// Largest number of every spring.
-    pub upper: &'a [f64],
+    /// The cases that are fitted.
+    pub fitted: Cases<'a>,
+    /// The cases that are not; may be none.
+    pub held_out: Cases<'a>,
+    /// The largest number of every spring (5.8), in the unit of phi.
+    pub bounds: &'a [f64],
+    /// The features of all springs: [`super::features::table`].
     pub features: &'a [Vec<f64>],
 }
 
-/// A network that has been solved: one factor and what came of it.
+/// A network that has been solved.
 struct State<'a> {
     solver: SpringSolver<'a>,
     phi: Vec<f64>,
@@ -31,93 +79,111 @@ struct State<'a> {
     error: f64,
 }
 
+/// The network that stands, the one that is tried, and the groups of both.
 pub struct Worker<'a> {
+    /// What it works on.
     pub ground: Ground<'a>,
+    /// The groups.
+    pub parts: Vec<Part>,
     members: Cow<'a, Members>,
     tolerance: f64,
-    pub groups: Vec<Vec<u32>>,
-    /// Where the ladder stands.
     here: State<'a>,
-    /// Where it tries to go.
     there: State<'a>,
     /// Number of every spring.
-    values: Vec<f64>,
-    /// Elongations of the springs here, case after case.
+    numbers: Vec<f64>,
+    /// Elongations sqrt(w_s) b_s . u_c of the network that stands, case after case.
     elongations: Vec<f64>,
     counts: Counts,
 }
 
-const COLUMN_TOLERANCE: f64 = 1e-6;
-
 impl<'a> Worker<'a> {
-    pub fn new(ground: Ground<'a>, settings: &Settings, groups: Vec<Vec<u32>>) -> Self {
+    /// A worker that has not solved anything yet.
+    pub fn new(ground: Ground<'a>, settings: &Settings, parts: Vec<Part>, interrupt: &Interrupt) -> Self {
         let members = ground.operator.members();
         let springs = members.len();
-        let state = || State {
-            solver: SpringSolver::new(ground.operator, settings),
-            phi: vec![0.0; groups.len()],
-            scale: 1.0,
-            displacement: vec![0.0; ground.forces.len()],
-            error: f64::INFINITY,
+        let state = || {
+            let mut solver = SpringSolver::new(ground.operator, settings);
+            solver.watch(interrupt);
+            let displacement = vec![0.0; ground.fitted.forces.len()];
+            State { solver, phi: vec![0.0; parts.len()], scale: 1.0, displacement, error: f64::INFINITY }
         };
         Self {
             here: state(),
             there: state(),
             tolerance: settings.tolerance,
-            groups,
-            values: vec![0.0; springs],
-            elongations: vec![0.0; springs * ground.weights.len()],
+            numbers: vec![0.0; springs],
+            elongations: vec![0.0; springs * ground.fitted.weights.len()],
             counts: Counts::default(),
+            parts,
             members,
             ground,
         }
     }
 
-    pub fn unknowns(&self) -> usize {
-        self.here.solver.unknowns()
-    }
-
-    pub fn springs(&self) -> usize {
-        self.members.len()
-    }
-
+    /// The numbers of the groups of the network that stands.
     pub fn phi(&self) -> &[f64] {
         &self.here.phi
     }
 
+    /// Its error over the fitted cases, percent.
     pub fn error(&self) -> f64 {
         self.here.error
     }
 
+    /// Its error over the held-out cases, percent; none where there are none.
+    ///
+    /// # Errors
+    /// Where a solve is not accurate.
+    pub fn held_out_error(&mut self) -> Result<Option<f64>> {
+        let cases = self.ground.held_out;
+        if cases.weights.is_empty() {
+            return Ok(None);
+        }
+        let mut displacement = vec![0.0; cases.forces.len()];
+        self.here.solver.solve(cases.forces, &mut displacement, self.tolerance)?;
+        self.counts.solves += cases.weights.len() as u64;
+        scale(1.0 / self.here.scale, &mut displacement);
+        Ok(Some(cases.error(&displacement)))
+    }
+
+    /// Upper bounds of the groups.
+    pub fn upper(&self) -> Vec<f64> {
+        self.parts.iter().map(|part| part.upper).collect()
+    }
+
+    /// Work so far.
     pub fn counts(&self) -> Counts {
         let mut work = self.here.solver.work();
         work += self.there.solver.work();
         self.counts.with(work)
     }
 
-    pub fn upper_of(&self, group: &[u32]) -> f64 {
-        group.iter().fold(0.0, |a: f64, &s| a.max(self.ground.upper[s as usize]))
+    fn rows(&self) -> usize {
+        self.ground.fitted.forces.len()
     }
 
-    pub fn upper(&self) -> Vec<f64> {
-        self.groups.iter().map(|group| self.upper_of(group)).collect()
+    fn unknowns(&self) -> usize {
+        self.here.solver.unknowns()
     }
 
-    /// The error at phi with the best common factor; infinite where K is not positive definite.
+    /// The error at phi, made as small as a common factor of all groups can; infinite where K is not positive definite.
+    ///
+    /// # Errors
+    /// On interruption.
     pub fn attempt(&mut self, phi: &[f64]) -> Result<f64> {
-        self.counts.evaluations += 1;
-        for (group, phi) in self.groups.iter().zip(phi) {
-            group.iter().for_each(|&s| self.values[s as usize] = *phi);
+        for (part, phi) in self.parts.iter().zip(phi) {
+            part.springs.iter().for_each(|&s| self.numbers[s as usize] = *phi);
         }
-        let upper = self.upper();
+        self.counts.evaluations += 1;
         let there = &mut self.there;
         there.phi = phi.to_vec();
         there.scale = 1.0;
         there.error = f64::INFINITY;
-        // a path that iterates begins with the displacements from here
+        // where a path that iterates begins
         there.displacement.copy_from_slice(&self.here.displacement);
-        let set = there.solver.set(&self.values);
-        match set.and_then(|()| there.solver.solve(self.ground.forces, &mut there.displacement, self.tolerance)) {
+        let set = there.solver.set(&self.numbers);
+        let forces = self.ground.fitted.forces;
+        match set.and_then(|()| there.solver.solve(forces, &mut there.displacement, self.tolerance)) {
             Ok(()) => {}
             Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) => {
                 self.counts.rejected += 1;
@@ -125,107 +191,107 @@ impl<'a> Worker<'a> {
             }
             Err(other) => return Err(other),
         }
-        self.counts.solves += self.ground.weights.len() as u64;
-        there.fit_scale(&self.ground, &upper);
+        self.counts.solves += self.ground.fitted.weights.len() as u64;
+        there.fit_scale(&self.ground.fitted, &self.parts);
         Ok(there.error)
     }
 
-    /// Takes the last attempt as the place to stand.
+    /// Makes the network that was tried the one that stands.
     pub fn accept(&mut self) {
         std::mem::swap(&mut self.here, &mut self.there);
     }
 
-    /// Elongations of the displacements of all cases.
-    pub fn elongate(&mut self) {
-        let (n, springs) = (self.unknowns(), self.springs());
+    /// Residual and Jacobian (rows x groups, column-major) of the network that stands.
+    ///
+    /// # Errors
+    /// Where a solve is not accurate.
+    pub fn linearise(&mut self) -> Result<(Vec<f64>, Vec<f64>)> {
+        let (n, springs) = (self.unknowns(), self.members.len());
         for (u, out) in self.here.displacement.chunks_exact(n).zip(self.elongations.chunks_exact_mut(springs)) {
             self.members.elongations(u, out);
         }
-    }
-
-    /// Columns of the Jacobian of sets of springs, each moved by one common number, here.
-    pub fn columns(&mut self, sets: &[&[u32]]) -> Result<Vec<f64>> {
-        let (n, cases) = (self.unknowns(), self.ground.weights.len());
-        let springs = self.springs();
-        let mut right = vec![0.0; sets.len() * cases * n];
-        for (set, right) in sets.iter().zip(right.chunks_exact_mut(cases * n)) {
-            for (tensions, right) in self.elongations.chunks_exact(springs).zip(right.chunks_exact_mut(n)) {
-                self.members.pull(set, tensions, right);
-            }
-        }
-        let mut solved = vec![0.0; right.len()];
-        self.here.solver.solve(&right, &mut solved, self.tolerance.max(COLUMN_TOLERANCE))?;
-        self.counts.solves += (sets.len() * cases) as u64;
-        for column in solved.chunks_exact_mut(cases * n) {
-            for (part, w) in column.chunks_exact_mut(n).zip(self.ground.weights) {
-                part.iter_mut().for_each(|x| *x *= -w / self.here.scale);
-            }
-        }
-        Ok(solved)
-    }
-
-    /// J^T z of every spring moved by itself, for vectors z of the residual space (rows each): springs numbers each.
-    pub fn pulled_back(&mut self, vectors: &[f64]) -> Result<Vec<f64>> {
-        let (n, springs) = (self.unknowns(), self.springs());
-        let rows = n * self.ground.weights.len();
-        let count = vectors.len() / rows;
-        let mut adjoint = vec![0.0; vectors.len()];
-        self.here.solver.solve(vectors, &mut adjoint, self.tolerance.max(COLUMN_TOLERANCE))?;
-        self.counts.solves += (count * self.ground.weights.len()) as u64;
-        let mut out = vec![0.0; count * springs];
-        let mut one = vec![0.0; springs];
-        for (adjoint, out) in adjoint.chunks_exact(rows).zip(out.chunks_exact_mut(springs)) {
-            for (c, lambda) in adjoint.chunks_exact(n).enumerate() {
-                self.members.elongations(lambda, &mut one);
-                let elongations = &self.elongations[c * springs..(c + 1) * springs];
-                let w = -self.ground.weights[c] / self.here.scale;
-                for ((out, a), b) in out.iter_mut().zip(&one).zip(elongations) {
-                    *out += w * a * b;
-                }
-            }
-        }
-        Ok(out)
-    }
-
-    /// Residual and Jacobian here.
-    pub fn linearise(&mut self) -> Result<(Vec<f64>, Vec<f64>)> {
-        self.elongate();
-        let groups = std::mem::take(&mut self.groups);
-        let sets: Vec<&[u32]> = groups.iter().map(Vec::as_slice).collect();
+        let parts = std::mem::take(&mut self.parts);
+        let sets: Vec<&[u32]> = parts.iter().map(|part| part.springs.as_slice()).collect();
         let columns = self.columns(&sets);
-        self.groups = groups;
+        self.parts = parts;
         Ok((self.residual(), columns?))
     }
 
     fn residual(&self) -> Vec<f64> {
+        let Cases { reference, weights, .. } = self.ground.fitted;
         let n = self.unknowns();
-        let mut residual = Vec::with_capacity(self.here.displacement.len());
-        for (case, w) in self.ground.weights.iter().enumerate() {
-            let range = case * n..(case + 1) * n;
-            residual.extend(self.here.displacement[range.clone()].iter().zip(&self.ground.reference[range]).map(|(u, r)| w * (u - r)));
+        let cases = self.here.displacement.chunks_exact(n).zip(reference.chunks_exact(n)).zip(weights);
+        cases.flat_map(|((u, reference), w)| u.iter().zip(reference).map(move |(u, r)| w * (u - r))).collect()
+    }
+
+    /// Columns (rows each) of sets of springs that move together, at the last [`Worker::linearise`].
+    ///
+    /// # Errors
+    /// Where a solve is not accurate.
+    pub fn columns(&mut self, sets: &[&[u32]]) -> Result<Vec<f64>> {
+        let (n, rows, springs) = (self.unknowns(), self.rows(), self.members.len());
+        let mut right = vec![0.0; sets.len() * rows];
+        for (set, right) in sets.iter().zip(right.chunks_exact_mut(rows)) {
+            for (tensions, right) in self.elongations.chunks_exact(springs).zip(right.chunks_exact_mut(n)) {
+                self.members.pull(set, tensions, right);
+            }
         }
-        residual
+        let mut columns = vec![0.0; right.len()];
+        self.here.solver.solve(&right, &mut columns, self.tolerance.max(COLUMN_TOLERANCE))?;
+        self.counts.solves += (right.len() / n) as u64;
+        for column in columns.chunks_exact_mut(rows) {
+            for (part, w) in column.chunks_exact_mut(n).zip(self.ground.fitted.weights) {
+                scale(-w / self.here.scale, part);
+            }
+        }
+        Ok(columns)
+    }
+
+    /// z^T dr/dk_s of every spring for each of some vectors z (rows each), at the last [`Worker::linearise`]; the numbers
+    /// of one spring stand together (springs x vectors).
+    ///
+    /// # Errors
+    /// Where a solve is not accurate.
+    pub fn transposed(&mut self, vectors: &[f64]) -> Result<Vec<f64>> {
+        let (n, rows, springs) = (self.unknowns(), self.rows(), self.members.len());
+        let count = vectors.len() / rows;
+        let mut adjoint = vec![0.0; vectors.len()];
+        self.here.solver.solve(vectors, &mut adjoint, self.tolerance.max(COLUMN_TOLERANCE))?;
+        self.counts.solves += (vectors.len() / n) as u64;
+        let mut products = vec![0.0; count * springs];
+        let mut stretched = vec![0.0; springs];
+        for (i, adjoint) in adjoint.chunks_exact(rows).enumerate() {
+            let cases = adjoint.chunks_exact(n).zip(self.elongations.chunks_exact(springs));
+            for ((lambda, elongations), w) in cases.zip(self.ground.fitted.weights) {
+                self.members.elongations(lambda, &mut stretched);
+                let factor = -w / self.here.scale;
+                for (s, (a, b)) in stretched.iter().zip(elongations).enumerate() {
+                    products[s * count + i] += factor * a * b;
+                }
+            }
+        }
+        Ok(products)
     }
 }
 
 impl State<'_> {
-    fn fit_scale(&mut self, ground: &Ground, upper: &[f64]) {
+    /// Multiplies phi by the common factor that makes the error smallest inside the bounds: K(s phi) = s K(phi).
+    fn fit_scale(&mut self, cases: &Cases, parts: &[Part]) {
         let n = self.solver.unknowns();
         let (mut with_reference, mut with_itself) = (0.0, 0.0);
-        let cases = self.displacement.chunks_exact(n).zip(ground.reference.chunks_exact(n));
-        for ((u, reference), w) in cases.zip(ground.weights) {
+        let pairs = self.displacement.chunks_exact(n).zip(cases.reference.chunks_exact(n));
+        for ((u, reference), w) in pairs.zip(cases.weights) {
             with_reference += w * w * dot(u, reference);
             with_itself += w * w * dot(u, u);
         }
-        let largest = self.phi.iter().zip(upper).fold(f64::INFINITY, |s, (p, u)| s.min(u / p));
+        let largest = self.phi.iter().zip(parts).fold(f64::INFINITY, |s, (phi, part)| s.min(part.upper / phi));
+        // displacements that point away from the reference have no best positive factor: leave them
         let best = if with_reference > 0.0 { (with_itself / with_reference).min(largest) } else { 1.0 };
-        for (p, upper) in self.phi.iter_mut().zip(upper) {
-            *p = (*p * best).min(*upper);
+        for (phi, part) in self.phi.iter_mut().zip(parts) {
+            *phi = (*phi * best).min(part.upper);
         }
         scale(1.0 / best, &mut self.displacement);
         self.scale *= best;
-        let cases = self.displacement.chunks_exact(n).zip(ground.reference.chunks_exact(n));
-        let squares = cases.zip(ground.weights).map(|((u, reference), w)| w * w * square_of_difference(u, reference));
-        self.error = squares.sum::<f64>().sqrt();
+        self.error = cases.error(&self.displacement);
     }
 }

@@ -33,6 +33,8 @@ pub struct Descent {
     /// lambda.
     pub damping: f64,
     growth: f64,
+    /// Largest step of a coordinate x; infinite unless the caller sets it.
+    pub reach: f64,
 }
 
 impl Descent {
@@ -49,6 +51,7 @@ impl Descent {
             gradient: vec![],
             damping: DAMPING,
             growth: 2.0,
+            reach: f64::INFINITY,
         }
     }
 
@@ -77,8 +80,11 @@ impl Descent {
         let largest = squares.iter().fold(0.0_f64, |a, b| a.max(*b));
         let weights: Vec<f64> = squares.iter().map(|square| self.damping * square.max(1e-12 * largest)).collect();
         let x: Vec<f64> = phi.iter().map(|p| (p / self.chart).asinh()).collect();
-        let down: Vec<f64> = x.iter().map(|x| -x).collect();
-        let up: Vec<f64> = upper.iter().zip(&x).map(|(u, x)| (u / self.chart).asinh() - x).collect();
+        let down: Vec<f64> = x.iter().map(|x| (-x).max(-self.reach)).collect();
+        let room = |(u, x): (&f64, &f64)| ((u / self.chart).asinh() - x).min(self.reach);
+        // below zero where phi has to come down to its bound, however far
+        let up: Vec<f64> = upper.iter().zip(&x).map(room).collect();
+        let down: Vec<f64> = down.iter().zip(&up).map(|(down, up)| down.min(*up)).collect();
         let d = model.minimise_in_box(&weights, &self.gradient, &down, &up)?;
         let predicted = -2.0 * dense::dot(&self.gradient, &d) - model.square(&d);
         if predicted.is_nan() || predicted <= 0.0 {
@@ -86,6 +92,18 @@ impl Descent {
         }
         let moved = |i: usize| ((x[i] + d[i]).sinh() * self.chart).clamp(0.0, upper[i]);
         Some(((0..phi.len()).map(moved).collect(), predicted))
+    }
+
+    /// The step with as much more damping as it takes to have one; `None` when there is none however small.
+    pub fn damped_step(&mut self, phi: &[f64], upper: &[f64]) -> Option<(Vec<f64>, f64)> {
+        while self.damping <= LARGEST_DAMPING {
+            let step = self.step(phi, upper);
+            if step.is_some() {
+                return step;
+            }
+            self.damp();
+        }
+        None
     }
 
     /// After a step that failed.

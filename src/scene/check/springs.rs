@@ -6,7 +6,10 @@ use crate::springs::grouping;
 use super::super::check_load::check_place;
 use super::super::choices::{known, names};
 use super::super::{Gamma, GammaSweep, Scene, SpringSet, Springs};
-use super::{length, within};
+use super::{length, positive, within};
+
+/// The grouping that splits.
+const ADAPTIVE: &str = "adaptive";
 
 /// Most groups that a grouping may be asked for.
 const MOST_GROUPS: usize = 1_000_000;
@@ -21,6 +24,32 @@ pub(super) fn check(springs: &Springs) -> Result<()> {
         return Err(Error::input("springs.topology", "\"list\" has no springs of its own", help));
     }
     springs.sets.iter().enumerate().try_for_each(|(i, set)| check_set(set, i, &springs.sets[..i]))
+}
+
+/// What the grouping "adaptive" needs: an error of displacements to split by, and for `patience` loads that are held out.
+pub(super) fn check_adaptive(scene: &Scene) -> Result<()> {
+    let springs = &scene.springs;
+    if let Some(error) = springs.max_error {
+        positive("springs.max_error", error)?;
+    }
+    within("springs.patience", springs.patience.unwrap_or(1), 1, MOST_GROUPS)?;
+    if springs.grouping != ADAPTIVE {
+        return Ok(());
+    }
+    let objective = &scene.calibration.objective;
+    if objective != "displacement" {
+        let message = format!("\"{ADAPTIVE}\" splits groups by the error of displacements, and the objective is {objective}");
+        return Err(Error::input("springs.grouping", message, "use objective = \"displacement\", or another grouping"));
+    }
+    if let Some(other) = scene.calibration.optimiser.as_deref().filter(|&name| name != "gauss_newton") {
+        let message = format!("{other} cannot fit groups that change while they are fitted");
+        return Err(Error::input("calibration.optimiser", message, "use gauss_newton, or leave the optimiser out"));
+    }
+    if springs.patience.is_some() && scene.load.iter().all(|load| load.fit) {
+        let help = "add a [[load]] with fit = false, or remove patience";
+        return Err(Error::input("springs.patience", "no load is held out, so no held-out error can rise", help));
+    }
+    Ok(())
 }
 
 fn check_set(set: &SpringSet, i: usize, earlier: &[SpringSet]) -> Result<()> {
@@ -53,6 +82,8 @@ pub(super) fn warnings(scene: &Scene) -> Vec<String> {
     let uses_gamma = grouping::find(&springs.grouping).is_none_or(|rule| rule.uses_gamma);
     let idle = [
         ("calibration.gamma", !uses_gamma && scene.calibration.gamma != Gamma::Sweep(GammaSweep::default())),
+        ("springs.max_error", springs.grouping != ADAPTIVE && springs.max_error.is_some()),
+        ("springs.patience", springs.grouping != ADAPTIVE && springs.patience.is_some()),
         ("springs.sets", springs.grouping != "sets" && !springs.sets.is_empty()),
     ];
     let idle = idle.into_iter().filter(|(_, idle)| *idle);
