@@ -22,6 +22,17 @@ const WRONG_INPUT: &[Expectation] = &[
             "give a state that deforms the body",
         ],
     ),
+    (
+        "adaptive_annealing",
+        14,
+        ["calibration.optimiser: annealing cannot fit groups that change", "use gauss_newton, or leave"],
+    ),
+    (
+        "adaptive_matrix",
+        12,
+        ["springs.grouping: \"adaptive\" splits groups by the error of displacements", "or another grouping"],
+    ),
+    ("adaptive_patience", 13, ["springs.patience: no load is held out", "add a [[load]] with fit = false"]),
     ("alpha_zero", 13, ["dynamics.alpha: 0 is not positive", "give a number above 0"]),
     ("broken_string", 3, ["line 3: not TOML", "strings need quotes"]),
     ("broken_table", 2, ["line 2: not TOML: unclosed table", "a line is KEY = VALUE, [TABLE] or [[load]]"]),
@@ -132,7 +143,7 @@ const WRONG_INPUT: &[Expectation] = &[
     ("gauss_points", 12, ["reference.extra_gauss_points: 1000 is out of range", "give a whole number from 0 to 32"]),
     ("infinite", 5, ["material.young: inf is not a finite number", "give a finite number"]),
     ("later_budget", 11, ["budget: unknown key", "known keys here are name, geometry"]),
-    ("later_grouping", 12, ["springs.grouping: unknown name \"adaptive\"", "known names are length"]),
+    ("later_grouping", 12, ["springs.grouping: unknown name \"stress\"", "known names are length"]),
     ("later_key", 10, ["load[0].wind: unknown key", "known keys here are name, fit"]),
     ("later_method", 12, ["reference.method: unknown name \"meshfree\"", "known names are iga, t3, t4, q4, b8"]),
     (
