@@ -15,7 +15,9 @@ pub mod continuum;
 pub mod fit;
 pub mod linear_fit;
 pub mod loads;
+pub mod matrix_profile;
 pub mod motion;
+pub mod near_mechanism;
 pub mod network;
 pub mod plan;
 pub mod spring_sets;
@@ -142,6 +144,7 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
     warnings.extend(lattice.warnings.iter().cloned());
     warnings.extend(linear_fit::warning(&scene, &body));
     warnings.extend(calibration.warning());
+    warnings.extend(calibration.weakness.warning());
     Ok(Study { scene, body, loads, reference, lattice, calibration, dynamics, warnings, seconds })
 }
 

@@ -121,7 +121,7 @@ const WRONG_INPUT: &[Expectation] = &[
         ["calibration.gamma: 0 is out of range", "give a number above 0 and below 1, or { start = 0.8, step = 0.1 }"],
     ),
     ("edges_node", 12, ["springs.edges[1]: there is no node 36", "the body has 36, numbered from 0 to 35"]),
-    ("edge_file_missing", 0, ["no_edges.txt", "cannot be read"]),
+    ("edge_file_missing", 12, ["no_edges.txt", "cannot be read"]),
     ("list_alone", 12, ["springs.topology: \"list\" has no springs of its own", "add springs.edges"]),
     ("sets_missing", 11, ["springs.sets: the grouping \"sets\" has no sets", "add [[springs.sets]]"]),
     ("spring_set_empty", 13, ["springs.sets[0]: \"corner\" has 1 nodes", "both its ends"]),

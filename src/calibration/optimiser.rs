@@ -1,7 +1,7 @@
 //! What every optimiser is given and gives back, and the table of optimisers.
 
 use crate::calibration::objective::{Counts, Problem};
-use crate::calibration::optimisers::{annealing, gauss_newton, hybrid, least_squares, surrogate};
+use crate::calibration::optimisers::{annealing, gauss_newton, hybrid, least_squares, many, surrogate};
 use crate::error::Result;
 
 /// Settings of all optimisers; each reads what concerns it.
@@ -188,7 +188,8 @@ pub const OPTIMISERS: &[Optimiser] = &[
         serves: Serves::All,
         uses_jacobian: true,
         expected_evaluations: |settings, groups| {
-            settings.starts_for(groups) as u64 * settings.refactorisations + settings.polish
+            let starts = if many::serves(groups) { 1 } else { settings.starts_for(groups) };
+            starts as u64 * settings.refactorisations + settings.polish
         },
     },
     Optimiser {

@@ -9,6 +9,7 @@ use crate::calibration::objective::{Objective, Problem, each};
 use crate::calibration::objectives::displacement::{Displacement, Target};
 use crate::calibration::objectives::linear::Linear;
 use crate::calibration::optimiser::{Optimiser, Outcome, Settings};
+use crate::calibration::prior::{Prior, Regularised};
 use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
 use crate::springs::grouping::Grouping;
@@ -60,6 +61,8 @@ pub struct SweepProblem<'a> {
     pub upper: Vec<f64>,
     /// What is made small.
     pub search: Search,
+    /// What is believed about its groups beforehand.
+    pub prior: Option<Prior>,
     /// Index of the first gamma that gives it; names its random streams.
     pub index: usize,
 }
@@ -124,20 +127,24 @@ pub fn solve(
         };
         let worker = || Displacement::with_solver(target, shared.solver).watching(&progress.interrupt());
         let given = |make, displacement, linear| -> Result<Outcome> {
-            let (upper, index) = (&problem.upper[..], problem.index);
+            let (upper, index, prior) = (&problem.upper[..], problem.index, problem.prior.as_ref());
             (optimiser.run)(
-                &Problem { make, displacement, linear, upper, seed, index, side_by_side, progress },
+                &Problem { make, displacement, linear, prior, upper, seed, index, side_by_side, progress },
                 settings,
             )
         };
         let outcome = match &problem.search {
-            Search::Displacement => given(&|| Box::new(worker()), Some(&worker), None),
+            Search::Displacement => match &problem.prior {
+                None => given(&|| Box::new(worker()), Some(&worker), None),
+                Some(prior) => given(&|| Box::new(Regularised::new(worker(), prior)), Some(&worker), None),
+            },
             Search::Linear(reduced) => given(&|| Box::new(Linear::new(reduced, &problem.upper)), None, Some(reduced)),
             Search::Known(phi) => Ok(Outcome::known(phi.clone())),
         }?;
         let settings = exact(&problem.operator, shared.solver);
         let mut exact = Displacement::with_solver(target, &settings).watching(&progress.interrupt());
         let error = exact.error(&outcome.phi)?;
+        let error = problem.prior.as_ref().map_or(error, |prior| prior.with(error, &outcome.phi));
         let error_difference = match problem.search {
             Search::Displacement if error > 0.0 => Some((outcome.error - error).abs() / error),
             Search::Displacement => Some(outcome.error),

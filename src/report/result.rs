@@ -13,6 +13,7 @@ use crate::memory;
 use crate::reference::Path;
 use crate::report::motion::Dynamics;
 use crate::scene::Scene;
+use crate::study::near_mechanism::Weakness;
 use crate::study::plan::Sizes;
 use crate::study::{Study, fit};
 
@@ -64,6 +65,7 @@ struct Calibration<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     outside_pattern: Option<f64>,
     global_strain: GlobalStrain,
+    weakness: &'a Weakness,
     stop: &'static str,
     groups: Vec<Group<'a>>,
     fitted: Vec<Case<'a>>,
@@ -215,6 +217,7 @@ fn calibration(study: &Study) -> Calibration<'_> {
         objective_error: objective_error(best),
         outside_pattern: found.outside_pattern,
         global_strain: GlobalStrain { reference: found.global_strain[0], springs: found.global_strain[1] },
+        weakness: &found.weakness,
         stop: best.outcome.stop.name(),
         groups: groups.collect(),
         fitted: cases(true),

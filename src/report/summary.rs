@@ -6,6 +6,7 @@ use crate::calibration::errors::Errors;
 use crate::memory;
 use crate::report::motion;
 use crate::study::Study;
+use crate::study::near_mechanism::Weakness;
 use crate::study::plan::{Plan, Sizes};
 
 /// Fraction of an upper bound from which a stiffness is at it: the last bits of a fit are rounding.
@@ -74,6 +75,10 @@ pub fn run(study: &Study) -> String {
     }
     if let Some(words) = objective(study) {
         line(words);
+    }
+    if let Weakness::Found(weakest) = &found.weakness {
+        let ratio = weakest.compliance_ratio;
+        line(format!("under the forces that the network resists least: {ratio:.2} times the motion of the continuum"));
     }
     line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
     if let Some(dynamics) = &study.dynamics {

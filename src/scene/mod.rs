@@ -84,7 +84,18 @@ pub struct Scene {
     pub dynamics: Option<Dynamics>,
 }
 
+/// Regularisation of the grouping "each" unless the scene says otherwise, percent.
+const REGULARISATION_OF_EACH: f64 = 0.1;
+
 impl Scene {
+    /// The strength of the prior that draws groups together, percent; 0 for none.
+    pub fn regularisation(&self) -> f64 {
+        let searched =
+            self.calibration.objective == "displacement" && self.calibration.optimiser() != Some("surrogate");
+        let usual = if self.springs.grouping == "each" && searched { REGULARISATION_OF_EACH } else { 0.0 };
+        self.calibration.regularisation.unwrap_or(usual)
+    }
+
     /// Name of a load case: its own, or `load N` counted from 1.
     pub fn load_name(&self, index: usize) -> String {
         self.load[index].name.clone().unwrap_or_else(|| format!("load {}", index + 1))

@@ -10,6 +10,8 @@ use crate::calibration::errors::{self, Errors};
 use crate::calibration::objective::Counts;
 use crate::calibration::objectives::displacement::weights;
 use crate::calibration::optimiser::{self, Optimiser, Outcome, Settings};
+use crate::calibration::optimisers::many;
+use crate::calibration::prior::Prior;
 use crate::calibration::sweep::{self, Shared, Solved, SweepProblem};
 use crate::clock::Progress;
 use crate::error::{Error, Result};
@@ -23,6 +25,7 @@ use crate::springs::{bounds, weighting};
 use super::body::Body;
 use super::linear_fit::{self, Goal};
 use super::loads::LoadCase;
+use super::near_mechanism::{self, Weakness};
 use super::network::{self, Lattice};
 use super::spring_sets;
 
@@ -53,6 +56,8 @@ pub struct Calibration {
     pub outside_pattern: Option<f64>,
     /// Global strain (4.17) of the continuum and of the network under the first fitted load, percent.
     pub global_strain: [f64; 2],
+    /// The motion that the network resists least.
+    pub weakness: Weakness,
     /// Work of the whole sweep.
     pub counts: Counts,
 }
@@ -211,7 +216,9 @@ impl Given<'_> {
             }
         };
         let upper = bounds::upper_bounds(grouping, spring_bounds, factors);
-        Ok(SweepProblem { operator, upper, search: goal.search(self, grouping)?, index })
+        let strength = self.scene.regularisation();
+        let prior = (strength > 0.0).then(|| Prior::new(strength, grouping));
+        Ok(SweepProblem { operator, upper, search: goal.search(self, grouping)?, prior, index })
     }
 
     /// Refuses matrices that would not fit: a Jacobian with one column a group, four copies at a time for each of two
@@ -223,6 +230,7 @@ impl Given<'_> {
         let columns = groups as f64;
         let numbers = match self.scene.calibration.objective.as_str() {
             "displacement" if !optimiser.uses_jacobian => 0.0,
+            "displacement" if optimiser.name == "gauss_newton" && many::serves(groups) => 8.0 * unknowns,
             "displacement" => 4.0 * 2.0 * columns * unknowns * self.fitted().len() as f64,
             "formula" => 0.0,
             _ => columns * unknowns + 16.0 * columns * columns,
@@ -287,6 +295,7 @@ impl Given<'_> {
         let mut displacement = vec![0.0; forces.len()];
         solver.set(&phi)?;
         solver.solve(&forces, &mut displacement, settings.tolerance)?;
+        let weakness = near_mechanism::weakness(self.body, self.reference, problem, &mut solver)?;
         let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
         let pairs = self.reference.cases.iter().zip(&displacements);
         let errors = pairs.map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();
@@ -302,6 +311,7 @@ impl Given<'_> {
             stiffness: weighting::stiffness(&grouping, &self.lattice.coefficients, &phi),
             global_strain: [strain(&self.reference.cases[first].displacement), strain(&displacements[first])],
             fitted: sweep[best].errors,
+            weakness,
             outside_pattern,
             upper: problem.upper.clone(),
             sweep,

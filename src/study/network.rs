@@ -15,6 +15,7 @@ use crate::springs::{bounds, edge_list, weighting};
 
 use super::body::Body;
 use super::continuum::Continuum;
+use super::matrix_profile;
 
 /// A pivot below this fraction of its diagonal entry is zero up to rounding.
 const LOOSE: f64 = 1e-13;
@@ -82,7 +83,12 @@ pub fn connect(scene: &Scene, body: &Body) -> Result<Lattice> {
         Error::input("springs.topology", format!("there is no topology {name}"), "see `springfit list topologies`")
     })?;
     let network = with_edges(network_of(topology, body), scene, body)?;
-    let factors = (profile(scene)?.factor)(&network, &[]);
+    let profile = profile(scene)?;
+    let fitted = match profile.needs_matrix {
+        true => matrix_profile::factors(body, &network, scene.springs.weighting)?,
+        false => Vec::new(),
+    };
+    let factors = (profile.factor)(&network, &fitted);
     let coefficients = weighting::coefficients(&network, scene.springs.weighting, &factors);
     let measures = match &body.continuum {
         Continuum::Splines { patch, .. } => {

@@ -14,11 +14,12 @@
 //! nothing.
 //!
 //! Many groups leave flat valleys and local minima, so several starts spend a few factorisations each, and only the best
-//! of them is polished. On fine meshes a model of the whole network takes the place of the linear one ([`reduced`]).
+//! of them is polished. On fine meshes a model of the whole network takes the place of the linear one ([`reduced`]); with
+//! hundreds of groups products with the Jacobian take the place of the Jacobian ([`many`]).
 
 use crate::calibration::objective::{Objective, Problem, each};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint, best};
-use crate::calibration::optimisers::reduced;
+use crate::calibration::optimisers::{many, reduced};
 use crate::clock::Stopwatch;
 use crate::dense::{self, LeastSquares};
 use crate::error::{Error, Result};
@@ -41,6 +42,9 @@ const LARGEST_DAMPING: f64 = 1e10;
 /// # Errors
 /// When no start has a positive definite K, or on interruption.
 pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
+    if let Some(worker) = many::worker(problem) {
+        return many::run(problem, settings, worker);
+    }
     if let Some(worker) = reduced::worker(problem) {
         return reduced::run(problem, settings, worker);
     }

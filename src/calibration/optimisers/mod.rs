@@ -4,5 +4,6 @@ pub mod annealing;
 pub mod gauss_newton;
 pub mod hybrid;
 pub mod least_squares;
+pub mod many;
 pub mod reduced;
 pub mod surrogate;
