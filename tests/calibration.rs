@@ -1,8 +1,12 @@
 //! Calibration recovers what it should: R1 of the verification list, bounds, determinism.
 
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use springfit::calibration::objective::{Objective, Problem};
 use springfit::calibration::objectives::displacement::{Displacement, Target, weights};
 use springfit::calibration::optimiser::{OPTIMISERS, Outcome, Serves, Settings, find};
+use springfit::calibration::pieces::{Kept, NOTHING, Piece, Stage};
 use springfit::clock::Progress;
 use springfit::geometry::dofs::DofMap;
 use springfit::geometry::grid::Grid;
@@ -44,6 +48,11 @@ fn membrane(n: usize, held: impl Fn([usize; 3]) -> bool) -> Membrane {
 
 /// Fits the membrane to its own displacements at `truth`, from bounds that make (1000, 1000) the first start.
 fn recover(membrane: &Membrane, truth: [f64; 2], optimiser: &str, settings: &Settings) -> Outcome {
+    recover_keeping(membrane, truth, optimiser, settings, &NOTHING)
+}
+
+/// The same with some pieces known.
+fn recover_keeping(membrane: &Membrane, truth: [f64; 2], optimiser: &str, settings: &Settings, kept: &Kept) -> Outcome {
     let n = membrane.unknowns;
     let forces: Vec<f64> = (0..n).map(|i| if i % 2 == 0 { 3.0 } else { -2.0 }).collect();
     let upper = [1e4, 1e4];
@@ -77,6 +86,7 @@ fn recover(membrane: &Membrane, truth: [f64; 2], optimiser: &str, settings: &Set
         index: 0,
         side_by_side: true,
         progress: &progress,
+        kept,
     };
     (find(optimiser).expect("in the table").run)(&problem, settings).expect("a well-posed problem")
 }
@@ -168,5 +178,40 @@ fn products_with_the_jacobian_and_its_adjoint_are_those_of_its_columns() {
         let slope = objective.adjoint(&members, &residual).expect("positive definite")[a];
         let direct: f64 = column.iter().zip(&residual).map(|(x, r)| x * r).sum();
         assert!((slope - direct).abs() <= 1e-11 * direct.abs(), "group {a}: {slope}, {direct}");
+    }
+}
+
+/// Starts, chains and descents are told once each; known ones are not done again and lead to the same bits.
+#[test]
+fn pieces_that_are_known_are_not_done_again() {
+    let membrane = membrane(5, |[i, ..]| i == 0);
+    let settings = Settings { starts: Some(3), chains: 3, evaluations: 60, ..Settings::default() };
+    for (optimiser, pieces) in [("gauss_newton", 3), ("annealing", 3), ("hybrid", 6)] {
+        let told = Mutex::new(Vec::<(Piece, Outcome)>::new());
+        let tell = |piece, outcome: &Outcome| told.lock().expect("no panic").push((piece, outcome.clone()));
+        let with = |kept: &Kept| recover_keeping(&membrane, [500.0, 400.0], optimiser, &settings, kept);
+        let first = with(&Kept { known: &|_| None, tell: &tell });
+        let all = told.lock().expect("no panic").clone();
+        assert_eq!(all.len(), pieces, "{optimiser}");
+        let mut names: Vec<Piece> = all.iter().map(|(piece, _)| *piece).collect();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), pieces, "every piece has its own name");
+        assert!(names.iter().all(|piece| piece.problem == 0 && piece.stage != Stage::Answer));
+
+        let find = |piece| all.iter().find(|(name, _)| *name == piece).map(|(_, outcome)| outcome.clone());
+        let (asked, done_again) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let known = |piece| {
+            asked.fetch_add(1, Ordering::Relaxed);
+            find(piece)
+        };
+        let again = with(&Kept { known: &known, tell: &|_, _| drop(done_again.fetch_add(1, Ordering::Relaxed)) });
+        assert_eq!((asked.into_inner(), done_again.into_inner()), (pieces, 0), "{optimiser}");
+        let bits = |outcome: &Outcome| outcome.phi.iter().map(|phi| phi.to_bits()).collect::<Vec<_>>();
+        assert_eq!((bits(&first), first.counts, first.stop), (bits(&again), again.counts, again.stop));
+        assert_eq!(first.error.to_bits(), again.error.to_bits());
+        let errors =
+            |outcome: &Outcome| outcome.trace.iter().map(|p| (p.refactorisations, p.error)).collect::<Vec<_>>();
+        assert_eq!(errors(&first), errors(&again));
     }
 }

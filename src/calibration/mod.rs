@@ -7,6 +7,7 @@
 //! | [`linear`] | those that are linear in phi, reduced to a triangle |
 //! | [`optimiser`] | what every optimiser is given and gives back; their table |
 //! | [`optimisers`] | annealing, Gauss-Newton, hybrid, bounded least squares |
+//! | [`pieces`] | what a run can keep and a later one need not do again |
 //! | [`prior`] | what draws groups together that the data leave free |
 //! | [`errors`] | how far the calibrated network is from the continuum |
 //! | [`softest`] | how near the network is to a mechanism |
@@ -19,6 +20,7 @@ pub mod objective;
 pub mod objectives;
 pub mod optimiser;
 pub mod optimisers;
+pub mod pieces;
 pub mod prior;
 pub mod softest;
 pub mod surrogate;

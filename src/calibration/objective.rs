@@ -8,16 +8,20 @@
 use std::ops::AddAssign;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::calibration::linear::Reduced;
 use crate::calibration::objectives::displacement::Displacement;
+use crate::calibration::optimiser::Outcome;
+use crate::calibration::pieces::{Kept, Piece, Stage};
 use crate::calibration::prior::Prior;
 use crate::clock::Progress;
 use crate::error::Result;
 use crate::springs::solver::Work;
 
 /// How often the expensive things were done.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Counts {
     /// Errors asked for.
     pub evaluations: u64,
@@ -112,4 +116,19 @@ pub struct Problem<'a> {
     pub side_by_side: bool,
     /// Where evaluations are counted, and whether to stop.
     pub progress: &'a Progress,
+    /// What is known of it already, and who hears of its pieces.
+    pub kept: &'a Kept<'a>,
+}
+
+impl Problem<'_> {
+    /// Does the pieces of one stage; outcomes in their order.
+    pub fn pieces(
+        &self,
+        stage: Stage,
+        count: usize,
+        work: impl Fn(usize) -> Result<Outcome> + Sync,
+    ) -> Vec<Result<Outcome>> {
+        let piece = |number| Piece { problem: self.index, stage, number };
+        each(self.side_by_side, count, |number| self.kept.or(piece(number), || work(number)))
+    }
 }

@@ -3,12 +3,16 @@
 //! | file | idea |
 //! |---|---|
 //! | [`result`] | result.json |
+//! | [`budget`] | its part about the networks that a budget chose from |
+//! | [`converged`] | its part about the error of the mesh |
 //! | [`motion`] | its part about masses, steps and motions |
 //! | [`summary`] | what a person reads after a run or a check |
 //! | [`reproduce`] | tables and experiments of the sources, theirs beside ours |
 //! | [`mod@bench`] | speed against error on this machine |
 
 pub mod bench;
+pub mod budget;
+pub mod converged;
 pub mod motion;
 pub mod reproduce;
 pub mod result;

@@ -11,6 +11,8 @@ use crate::calibration::errors::Errors;
 use crate::clock;
 use crate::memory;
 use crate::reference::Path;
+use crate::report::budget::{self, Budget};
+use crate::report::converged::{self, Converged};
 use crate::report::motion::Dynamics;
 use crate::scene::Scene;
 use crate::study::near_mechanism::Weakness;
@@ -28,6 +30,10 @@ pub struct Document<'a> {
     sizes: Sizes,
     reference: Reference,
     calibration: Calibration<'a>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    converged: Option<Converged<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    budget: Option<Budget<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     dynamics: Option<Dynamics>,
     warnings: &'a [String],
@@ -156,6 +162,8 @@ impl<'a> Document<'a> {
             sizes: Sizes::of(&study.body, &study.lattice, found.grouping.groups.len()),
             reference: reference(study),
             calibration: calibration(study),
+            converged: converged::document(study),
+            budget: study.budget.as_ref().map(budget::document),
             dynamics: dynamics(study),
             warnings: &study.warnings,
             seconds: study.seconds.iter().copied().collect(),

@@ -44,7 +44,7 @@ pub struct Calibration {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub starts: Option<usize>,
     /// How strongly groups are drawn to a common value, percent, 0 or more: springs that differ from it by a factor of e
-    /// cost as much as an error of so much. Default: 0.1 for the grouping "each", else 0.
+    /// cost as much as an error of so much. Default: 1 for the grouping "each", else 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub regularisation: Option<f64>,
     /// The objective matrix.

@@ -11,18 +11,21 @@ use crate::calibration::objective::Counts;
 use crate::calibration::objectives::displacement::weights;
 use crate::calibration::optimiser::{self, Optimiser, Outcome, Settings};
 use crate::calibration::optimisers::many;
+use crate::calibration::pieces::Kept;
 use crate::calibration::prior::Prior;
 use crate::calibration::sweep::{self, Shared, Solved, SweepProblem};
 use crate::clock::Progress;
 use crate::error::{Error, Result};
 use crate::reference::Reference;
 use crate::scene::Scene;
+use crate::sparse::cholesky::Factor;
 use crate::springs::affine::AffineStiffness;
 use crate::springs::grouping::{self, Grouping, Request};
 use crate::springs::solver::{GridSprings, SpringOperator, SpringSolver};
 use crate::springs::{bounds, weighting};
 
 use super::body::Body;
+use super::checkpoint::{self, Checkpoint};
 use super::linear_fit::{self, Goal};
 use super::loads::LoadCase;
 use super::near_mechanism::{self, Weakness};
@@ -63,6 +66,25 @@ pub struct Calibration {
 }
 
 impl Calibration {
+    /// Keeps only some springs, and the groups that still have some.
+    ///
+    /// # Panics
+    /// When there is not one word for every spring.
+    pub fn retain(&mut self, kept: &[bool]) {
+        network::retain(&mut self.stiffness, kept);
+        network::retain(&mut self.grouping.group_of, kept);
+        let mut counts = vec![0; self.grouping.groups.len()];
+        self.grouping.group_of.iter().for_each(|&group| counts[group as usize] += 1);
+        let filled: Vec<bool> = counts.iter().map(|&count| count > 0).collect();
+        let before = |group: usize| filled[..group].iter().filter(|filled| **filled).count() as u32;
+        let numbers: Vec<u32> = (0..filled.len()).map(before).collect();
+        self.grouping.group_of.iter_mut().for_each(|group| *group = numbers[*group as usize]);
+        self.grouping.groups.iter_mut().zip(counts).for_each(|(group, count)| group.springs = count);
+        network::retain(&mut self.grouping.groups, &filled);
+        network::retain(&mut self.phi, &filled);
+        network::retain(&mut self.upper, &filled);
+    }
+
     /// A word where the bounds, not the optimiser, decide: every group is at its upper bound.
     pub fn warning(&self) -> Option<String> {
         let at_bound = |(phi, upper): (&f64, &f64)| *phi >= (1.0 - 1e-9) * upper;
@@ -110,11 +132,12 @@ pub struct Given<'a> {
     pub lattice: &'a Lattice,
 }
 
-/// Fits the network of a scene to the reference.
+/// Fits the network of a scene to the reference; what is finished goes into the checkpoint, what is in it is not done again.
 ///
 /// # Errors
-/// [`Error::Input`] for a name or gamma that is not allowed; those of the optimiser.
-pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
+/// [`Error::Input`] for a name or gamma that is not allowed; those of the optimiser; [`Error::File`] for a checkpoint of
+/// another run or one that cannot be written.
+pub fn calibrate(given: Given, progress: &Progress, checkpoint: &Checkpoint) -> Result<Calibration> {
     let (gammas, groupings) = group(given.scene, given.body, given.lattice)?;
     let goal = linear_fit::goal(&given)?;
     let same = sweep::first_equal(&groupings);
@@ -122,7 +145,7 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
     given.check_memory(distinct.iter().map(|&i| groupings[i].groups.len()).max().unwrap_or(0))?;
     let problems: Vec<SweepProblem> =
         distinct.iter().map(|&i| given.problem(&goal, &groupings[i], i)).collect::<Result<_>>()?;
-    let solved = given.solve(&problems, progress)?;
+    let solved = given.solve(&problems, progress, checkpoint)?;
     let answer = |i: usize| distinct.iter().position(|&d| d == same[i]).unwrap_or(0);
     let sweep: Vec<Row> = (0..gammas.len())
         .map(|i| {
@@ -243,7 +266,7 @@ impl Given<'_> {
     }
 
     /// Runs the optimiser on all problems.
-    fn solve(&self, problems: &[SweepProblem], progress: &Progress) -> Result<Vec<Solved>> {
+    fn solve(&self, problems: &[SweepProblem], progress: &Progress, checkpoint: &Checkpoint) -> Result<Vec<Solved>> {
         let fitted = self.fitted();
         let forces: Vec<f64> = fitted.iter().flat_map(|&c| self.loads[c].load.forces.iter().copied()).collect();
         let targets: Vec<f64> =
@@ -254,9 +277,32 @@ impl Given<'_> {
         let expected = problems.iter().map(|problem| (optimiser.expected_evaluations)(&settings, problem.upper.len()));
         progress.enter("calibration", expected.sum());
         let solver = network::settings(self.scene);
-        let shared = Shared { forces: &forces, reference: &targets, weights: &weights, solver: &solver };
+        let groups: Vec<_> = problems.iter().map(|problem| (problem.index, problem.upper.len())).collect();
+        checkpoint.enter(self.digest(problems, &[&forces, &targets, &weights]), &groups)?;
+        let kept = Kept {
+            known: &|piece| {
+                let known = checkpoint.known(piece)?;
+                progress.advance(known.counts.evaluations);
+                Some(known)
+            },
+            tell: &|piece, outcome| {
+                if !checkpoint.keep(piece, outcome) {
+                    progress.cancel();
+                }
+            },
+        };
+        let shared = Shared { forces: &forces, reference: &targets, weights: &weights, solver: &solver, kept: &kept };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
-            .map_err(|error| self.loose(error))
+            .map_err(|error| checkpoint.failure().unwrap_or_else(|| self.loose(error)))
+    }
+
+    /// A digest of the numbers that the sweep begins with, and of the path of solution.
+    fn digest(&self, problems: &[SweepProblem], vectors: &[&[f64]]) -> u64 {
+        let Lattice { network, coefficients, choice, .. } = self.lattice;
+        let of_problems = problems.iter().flat_map(|problem| problem.upper.iter().copied());
+        let numbers = vectors.iter().copied().flatten().chain(coefficients).chain(network.positions.iter().flatten());
+        let bits = numbers.copied().chain(of_problems).flat_map(|number| number.to_bits().to_le_bytes());
+        checkpoint::digest(choice.path.name().bytes().chain(bits))
     }
 
     /// A network that lost its stiffness in a fit that never solved it: the node that is loose.
@@ -270,6 +316,23 @@ impl Given<'_> {
             }
             other => other,
         }
+    }
+
+    /// A network that bears the fitted loads and no others: the node that is loose.
+    fn opened(&self, error: Error, problem: &SweepProblem, phi: &[f64]) -> Error {
+        let (Error::Inaccurate { .. }, Some((stiffness, symbolic))) = (&error, problem.operator.assembled()) else {
+            return error;
+        };
+        let mut factor = Factor::new(Arc::clone(symbolic));
+        stiffness.assemble_into(phi, factor.values_mut());
+        let dof = match factor.refactor() {
+            Ok(()) => factor.weakest_pivot().0,
+            Err(Error::NotPositiveDefinite { dof }) => dof,
+            Err(other) => return other,
+        };
+        let (node, component) = self.body.dofs.owner(dof);
+        let what = "network that fits the loads with fit = true".into();
+        Error::Mechanism { what, node, direction: ['x', 'y', 'z'][component] }
     }
 
     /// Errors of the fitted cases for their displacements (cases x n).
@@ -294,7 +357,9 @@ impl Given<'_> {
         let mut solver = SpringSolver::new(&problem.operator, &settings);
         let mut displacement = vec![0.0; forces.len()];
         solver.set(&phi)?;
-        solver.solve(&forces, &mut displacement, settings.tolerance)?;
+        solver
+            .solve(&forces, &mut displacement, settings.tolerance)
+            .map_err(|error| self.opened(error, problem, &phi))?;
         let weakness = near_mechanism::weakness(self.body, self.reference, problem, &mut solver)?;
         let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
         let pairs = self.reference.cases.iter().zip(&displacements);

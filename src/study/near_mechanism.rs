@@ -2,16 +2,21 @@
 
 use serde::Serialize;
 
-use crate::calibration::softest::{Softest, softest};
+use crate::calibration::softest::{Softest, linear_loads, softest};
 use crate::calibration::sweep::SweepProblem;
 use crate::error::Result;
-use crate::reference::Reference;
+use crate::reference::{Reference, statics, stiffness};
+use crate::sparse::cholesky::Symbolic;
 use crate::springs::solver::{SpringOperator, SpringSolver};
 
 use super::body::Body;
 
-/// A network that some load moves so many times as far as the continuum is nearly a mechanism.
-pub const NEARLY: f64 = 30.0;
+/// A network on which some load that is linear in the place does so many times the work that it does on the continuum is
+/// open: nearly a mechanism.
+pub const NEARLY: f64 = 2.0;
+
+/// Most free degrees of freedom for which the reference is factored once more.
+const LARGEST: usize = 20_000;
 
 /// A node that moves more than this part of the node that moves most takes part in a motion.
 const PART: f64 = 0.5;
@@ -32,8 +37,8 @@ pub enum Weakness {
 /// The motion that a network resists least.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Weakest {
-    /// How many times as far as the continuum the network moves under the forces that it resists least: mu of
-    /// [`crate::calibration::softest`].
+    /// How many times the work that it does on the continuum the load does that the network resists least, among those
+    /// that are linear in the place: mu of [`crate::calibration::softest`].
     pub compliance_ratio: f64,
     /// 1 / mu: the smallest eigenvalue of K(phi) relative to K_ref.
     pub stiffness_ratio: f64,
@@ -45,14 +50,14 @@ pub struct Weakest {
     pub region: [[f64; 3]; 2],
     /// How many nodes these are.
     pub nodes: usize,
-    /// Solves that were needed.
-    pub solves: usize,
+    /// Loads that were tried.
+    pub loads: usize,
 }
 
 /// Looks for it. `solver` holds K(phi) of the problem.
 ///
 /// # Errors
-/// Where a solve is not accurate.
+/// Where a solve is not accurate; those of the integration of the reference.
 pub fn weakness(
     body: &Body,
     reference: &Reference,
@@ -60,23 +65,23 @@ pub fn weakness(
     solver: &mut SpringSolver,
 ) -> Result<Weakness> {
     let not_looked_for = |why| Ok(Weakness::NotLookedFor { not_looked_for: why });
-    let SpringOperator::Assembled { .. } = problem.operator else {
-        return not_looked_for("the springs are solved by iterations, and the search would take longer than the fit");
+    let (SpringOperator::Assembled { .. }, Some(stiffness)) = (&problem.operator, &reference.stiffness) else {
+        return not_looked_for("no factors are at hand: springs or reference are solved by iterations");
     };
-    let Some(stiffness) = &reference.stiffness else {
-        return not_looked_for("the stiffness of the reference is not stored");
-    };
-    let continuum = |x: &[f64], out: &mut [f64]| {
-        for (out, row) in out.iter_mut().zip(stiffness.row_iter()) {
-            *out = row.col_indices().iter().zip(row.values()).map(|(&column, value)| value * x[column]).sum();
-        }
-        Ok(())
-    };
-    Ok(Weakness::Found(Weakest::of(body, softest(solver, &continuum)?)))
+    if body.dofs.len() > LARGEST {
+        return not_looked_for("the reference would have to be factored once more");
+    }
+    let points = body.integration_points()?;
+    let pattern = stiffness::pattern(&points, &body.dofs);
+    let symbolic = Symbolic::analyse(&pattern, body.reference_order(&points)?)?;
+    let loads = linear_loads(body.positions(), &body.dofs);
+    let columns: Vec<&[f64]> = loads.chunks_exact(body.dofs.len()).collect();
+    let answers = statics::solve(stiffness, &symbolic, &columns)?.displacements.concat();
+    Ok(Weakness::Found(Weakest::of(body, softest(solver, loads, answers)?)))
 }
 
 impl Weakest {
-    fn of(body: &Body, Softest { ratio, motion, solves }: Softest) -> Self {
+    fn of(body: &Body, Softest { ratio, motion, loads }: Softest) -> Self {
         let moved: Vec<f64> =
             body.dofs.expand(&motion).iter().map(|u| u.iter().map(|x| x * x).sum::<f64>().sqrt()).collect();
         let (node, most) =
@@ -92,7 +97,7 @@ impl Weakest {
             }
         }
         let near_mechanism = ratio > NEARLY;
-        Self { compliance_ratio: ratio, stiffness_ratio: 1.0 / ratio, near_mechanism, node, region, nodes, solves }
+        Self { compliance_ratio: ratio, stiffness_ratio: 1.0 / ratio, near_mechanism, node, region, nodes, loads }
     }
 }
 
@@ -103,9 +108,9 @@ impl Weakness {
         let [low, high] = found.region.map(|corner| corner.map(|x| format!("{x:.3}")).join(", "));
         found.near_mechanism.then(|| {
             format!(
-                "the network is nearly a mechanism: under the forces that it resists least it moves {:.0} times as far as \
-                 the continuum (stiffness ratio {:.1e}), {} nodes between ({low}) and ({high}) m, node {} most; fit more \
-                 load cases, use fewer groups, or set calibration.regularisation",
+                "the network is nearly a mechanism: it gives way {:.1} times as far as the continuum to the smooth load that \
+                 it resists least (stiffness ratio {:.2}); {} nodes between ({low}) and ({high}) m move, node {} most; fit \
+                 more load cases, use fewer groups, or set calibration.regularisation",
                 found.compliance_ratio, found.stiffness_ratio, found.nodes, found.node
             )
         })

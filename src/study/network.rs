@@ -50,6 +50,13 @@ pub struct Lattice {
     pub warnings: Vec<String>,
 }
 
+/// Keeps the entries whose flag is set.
+pub(super) fn retain<T>(list: &mut Vec<T>, kept: &[bool]) {
+    assert_eq!(list.len(), kept.len(), "one word for every entry");
+    let mut flags = kept.iter();
+    list.retain(|_| *flags.next().expect("as many as entries"));
+}
+
 /// Builds the network and checks that it is none that moves without resistance.
 ///
 /// # Errors
@@ -143,6 +150,17 @@ fn network_of(topology: &Topology, body: &Body) -> Network {
 }
 
 impl Lattice {
+    /// Keeps only some springs; the analysis stays, for its pattern contains theirs.
+    ///
+    /// # Panics
+    /// When there is not one word for every spring.
+    pub fn retain(&mut self, kept: &[bool]) {
+        retain(&mut self.network.springs, kept);
+        retain(&mut self.factors, kept);
+        retain(&mut self.coefficients, kept);
+        retain(&mut self.spring_bounds, kept);
+    }
+
     fn on_grid(mut self, reason: String) -> Self {
         self.choice = Choice { path: Path::Multigrid, reason };
         self

@@ -17,9 +17,10 @@
 //! of them is polished. On fine meshes a model of the whole network takes the place of the linear one ([`reduced`]); with
 //! hundreds of groups products with the Jacobian take the place of the Jacobian ([`many`]).
 
-use crate::calibration::objective::{Objective, Problem, each};
+use crate::calibration::objective::{Objective, Problem};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint, best};
 use crate::calibration::optimisers::{many, reduced};
+use crate::calibration::pieces::Stage;
 use crate::clock::Stopwatch;
 use crate::dense::{self, LeastSquares};
 use crate::error::{Error, Result};
@@ -49,8 +50,7 @@ pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
         return reduced::run(problem, settings, worker);
     }
     let starts = settings.starts_for(problem.upper.len());
-    let outcomes: Vec<Result<Outcome>> =
-        each(problem.side_by_side, starts, |s| descend(problem, settings, &start(problem, s)));
+    let outcomes = problem.pieces(Stage::Start, starts, |s| descend(problem, settings, &start(problem, s)));
     let mut found = Vec::new();
     let mut failure = None;
     for outcome in outcomes {

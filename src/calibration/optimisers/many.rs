@@ -44,15 +44,19 @@ const LARGEST_RADIUS: f64 = 4.0;
 const ITERATIONS: usize = 60;
 const LEFT: f64 = 1e-2;
 
+/// A promise of the model below this fraction of the error ends the search.
+const SMALLEST_PROMISE: f64 = 1e-4;
+
 /// True for so many groups that this file is the better way.
 pub fn serves(groups: usize) -> bool {
     groups >= MANY
 }
 
-/// A worker, when the problem is one for this file: displacements with many groups.
+/// A worker, when the problem is one for this file: displacements with many groups, or with a prior, which is at home in
+/// the logarithm.
 pub fn worker<'a>(problem: &Problem<'a>) -> Option<Displacement<'a>> {
     let make = problem.displacement?;
-    serves(problem.upper.len()).then(make)
+    (problem.prior.is_some() || serves(problem.upper.len())).then(make)
 }
 
 /// Goes down from the common value.
@@ -65,6 +69,7 @@ pub fn run<'a>(problem: &Problem<'a>, settings: &Settings, worker: Displacement<
     let mut radius = RADIUS;
     let mut trace = vec![search.point(&clock)];
     let limit = settings.refactorisations + settings.polish;
+    let promise = settings.tolerance.max(SMALLEST_PROMISE);
     let stop = loop {
         problem.progress.check()?;
         if search.error < 1e-12 {
@@ -77,8 +82,8 @@ pub fn run<'a>(problem: &Problem<'a>, settings: &Settings, worker: Displacement<
                 break Some(Stop::RefactorisationLimit);
             }
             let (step, promised) = search.step(&gradient, radius)?;
-            if promised <= settings.tolerance * before * before {
-                break Some(Stop::Converged);
+            if promised <= 2.0 * promise * before * before {
+                break Some(Stop::NoPromise);
             }
             problem.progress.check()?;
             problem.progress.advance(1);
@@ -99,9 +104,6 @@ pub fn run<'a>(problem: &Problem<'a>, settings: &Settings, worker: Displacement<
         trace.push(search.point(&clock));
         if let Some(stop) = stop {
             break stop;
-        }
-        if before - search.error <= settings.tolerance * before {
-            break Stop::Converged;
         }
     };
     Ok(Outcome { counts: search.worker.counts(), phi: search.phi, error: search.error, stop, trace })

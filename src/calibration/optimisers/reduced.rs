@@ -30,6 +30,7 @@ use crate::calibration::objective::{Counts, Objective, Problem};
 use crate::calibration::objectives::displacement::{Displacement, Target};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint};
 use crate::calibration::optimisers::gauss_newton;
+use crate::calibration::pieces::NOTHING;
 use crate::calibration::surrogate::galerkin::Galerkin;
 use crate::calibration::surrogate::walker::{Trust, Walker};
 use crate::clock::{Progress, Stopwatch};
@@ -288,6 +289,7 @@ impl<'s, 'a> Search<'s, 'a> {
             index,
             side_by_side: true,
             progress: &silent,
+            kept: &NOTHING,
         };
         let settings = Settings { refactorisations: DESCENT, tolerance: DESCENT_TOLERANCE, ..*self.settings };
         let Outcome { phi, error, counts, .. } = gauss_newton::descend(&model, &settings, from)?;

@@ -26,6 +26,7 @@ use crate::calibration::objectives::displacement::Displacement;
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint};
 use crate::calibration::optimisers::annealing::{self, Walk};
 use crate::calibration::optimisers::gauss_newton;
+use crate::calibration::pieces::NOTHING;
 use crate::calibration::surrogate::certificate::{Certificate, assembled};
 use crate::calibration::surrogate::galerkin::Galerkin;
 use crate::calibration::surrogate::walker::{Trust, Walker};
@@ -302,6 +303,7 @@ impl<'s, 'a> Search<'s, 'a> {
             index,
             side_by_side,
             progress,
+            kept: &NOTHING,
         };
         let Outcome { phi, error, counts, .. } = gauss_newton::descend(&reduced, self.settings, &from.phi)?;
         self.surrogate_evaluations += counts.evaluations;

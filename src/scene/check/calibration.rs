@@ -65,7 +65,7 @@ fn check_regularisation(calibration: &Calibration) -> Result<()> {
     let Some(strength) = calibration.regularisation else { return Ok(()) };
     let wrong = |message: String, help: &str| Err(Error::input("calibration.regularisation", message, help));
     match calibration.optimiser() {
-        _ if strength < 0.0 => wrong(format!("{strength} is negative"), "give 0, or an error in percent such as 0.1"),
+        _ if strength < 0.0 => wrong(format!("{strength} is negative"), "give 0, or an error in percent such as 1.0"),
         _ if calibration.objective != "displacement" => {
             let message = format!("the objective {} takes none", calibration.objective);
             wrong(message, "remove it; it goes with the objective displacement")
