@@ -1,7 +1,7 @@
 //! What can go wrong, as values with numbers in them.
 //!
 //! Every failure that an input can cause is one of these. [`Error::exit_status`] says what the command line answers:
-//! 2 when the input is wrong, 3 when the numbers do not allow it, 130 when the user stopped it. An error that belongs
+//! 2 when the input is wrong, 3 when the numbers do not allow it, 4 when a budget cannot be met, 130 when the user stopped it. An error that belongs
 //! to a key of the scene carries that key, so that the scene reader can show the line.
 
 use std::path::PathBuf;
@@ -121,6 +121,12 @@ pub enum Error {
         /// What gave it away.
         what: String,
     },
+    /// No network meets the budget of the scene; what was found is put out all the same.
+    #[error("the budget cannot be met: {best}")]
+    OverBudget {
+        /// The best that was found, with its numbers and those of the budget.
+        best: String,
+    },
     /// The user stopped the run.
     #[error("interrupted")]
     Interrupted,
@@ -147,11 +153,15 @@ impl Error {
             Self::UnstableStep { help, .. } => Some(help.clone()),
             Self::NotConverged { .. } => Some("reduce dynamics.step".into()),
             Self::BlowUp { .. } => Some("reduce dynamics.step, or take an implicit integrator".into()),
+            Self::OverBudget { .. } => {
+                Some("allow a larger error or a longer step, more groups, or a finer grid (budget.finest)".into())
+            }
             Self::Interrupted => None,
         }
     }
 
-    /// Exit status of the command line: 2 wrong input, 3 the numbers do not allow it, 130 interrupted.
+    /// Exit status of the command line: 2 wrong input, 3 the numbers do not allow it, 4 a budget that
+    /// cannot be met, 130 interrupted.
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::Input { .. } | Self::File { .. } => 2,
@@ -163,6 +173,7 @@ impl Error {
             | Self::UnstableStep { .. }
             | Self::NotConverged { .. }
             | Self::BlowUp { .. } => 3,
+            Self::OverBudget { .. } => 4,
             Self::Interrupted => 130,
         }
     }

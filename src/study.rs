@@ -6,17 +6,25 @@
 //! 4. the springs on the same nodes, and one analysis of their pattern ([`network`]);
 //! 5. groups and bounds for every gamma, the fit of each (Algorithm 5.1), and the errors under fitted and held-out loads
 //!    ([`fit`]; [`linear_fit`] for the objectives other than the displacement, [`adaptive`] for groups that adapt);
-//! 6. masses, damping, safe steps and motions if the scene asks for them ([`mod@motion`]).
+//! 6. the same body on a finer mesh, if the scene asks for it: the error of the mesh beside that of the springs ([`converged`]);
+//! 7. masses, damping, safe steps and motions if the scene asks for them ([`mod@motion`]).
+//!
+//! A scene with a budget is run at several resolutions, and the cheapest network that meets it is kept ([`mod@budget`]).
 //!
 //! This is the only room that knows all rooms below.
 
 pub mod adaptive;
 pub mod body;
+pub mod budget;
+pub mod checkpoint;
 pub mod continuum;
+pub mod converged;
 pub mod fit;
 pub mod linear_fit;
 pub mod loads;
+pub mod matrix_profile;
 pub mod motion;
+pub mod near_mechanism;
 pub mod network;
 pub mod plan;
 pub mod spring_sets;
@@ -32,6 +40,7 @@ use crate::scene::Scene;
 use crate::springs::solver;
 
 use body::Body;
+use checkpoint::Checkpoint;
 use fit::{Calibration, Given};
 use loads::LoadCase;
 use network::Lattice;
@@ -50,8 +59,12 @@ pub struct Study {
     pub lattice: Lattice,
     /// The calibration.
     pub calibration: Calibration,
+    /// Errors against a finer mesh, if the scene has `[converged]`.
+    pub converged: Option<converged::Converged>,
     /// Masses, damping, safe steps and motions, if the scene has `[dynamics]`.
     pub dynamics: Option<motion::Dynamics>,
+    /// What became of the budget, if the scene has one.
+    pub budget: Option<budget::Outcome>,
     /// What the user should know.
     pub warnings: Vec<String>,
     /// Seconds of each stage, in order.
@@ -67,8 +80,15 @@ impl Study {
         let expand = |u: &Vec<f64>| self.body.dofs.expand(u);
         let reference: Vec<_> = self.reference.cases.iter().map(|case| expand(&case.displacement)).collect();
         let springs: Vec<_> = self.calibration.displacements.iter().map(expand).collect();
-        let cases: Vec<export::Case> = (0..self.loads.len())
-            .map(|c| export::Case { name: &self.loads[c].name, reference: &reference[c], springs: &springs[c] })
+        let forces: Vec<_> = self.loads.iter().map(|case| expand(&case.load.forces)).collect();
+        let cases: Vec<export::Case> = (self.loads.iter().enumerate())
+            .map(|(c, LoadCase { name, fit, .. })| export::Case {
+                name,
+                fit: *fit,
+                forces: &forces[c],
+                reference: &reference[c],
+                springs: &springs[c],
+            })
             .collect();
         let moved = self.dynamics.iter().flat_map(|data| &data.motions);
         let motions: Vec<Recorded> =
@@ -90,12 +110,29 @@ impl Study {
     }
 }
 
-/// Runs a checked scene.
+/// Runs a checked scene; one with a budget at the resolution and with the groups that the budget chooses ([`mod@budget`]).
 ///
 /// # Errors
 /// [`Error::Input`] where a value does not fit the body; [`Error::Mechanism`] and its kin where the numbers do not allow
-/// it; [`Error::Interrupted`].
+/// it; [`Error::Interrupted`]. A budget that is not met is no error here: see [`budget::Outcome::check`].
 pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
+    run_keeping(scene, progress, &Checkpoint::none())
+}
+
+/// Runs a checked scene; what is finished goes into a checkpoint, what is in it already is not done again. The study is
+/// the same to the last bit, seconds apart. The walk of a budget is not kept.
+///
+/// # Errors
+/// As [`run`]; [`Error::File`] for a checkpoint of another run, or one that cannot be written.
+pub fn run_keeping(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Result<Study> {
+    match &scene.budget {
+        Some(given) => budget::run(scene, given, progress),
+        None => run_one(scene, progress, checkpoint),
+    }
+}
+
+/// Runs a scene at its own resolution.
+fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Result<Study> {
     let mut seconds = Vec::new();
     let mut timed = |stage: &'static str, watch: Stopwatch| seconds.push((stage, watch.seconds()));
 
@@ -121,9 +158,9 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
     let watch = Stopwatch::start();
     let fit_on = |lattice: &Lattice| {
         let given = Given { scene: &scene, body: &body, loads: &loads, reference: &reference, lattice };
-        fit::calibrate(given, progress)
+        fit::calibrate(given, progress, checkpoint)
     };
-    let calibration = match fit_on(&lattice) {
+    let mut calibration = match fit_on(&lattice) {
         // groups far apart can make a body hard that a trial with equal springs took for easy
         Err(Error::Inaccurate { .. }) if lattice.symbolic.is_none() && scene.solver.path == solver::Path::Auto => {
             lattice = lattice.analysed(&scene, &body, Some("it did not converge for the groups of this body"))?;
@@ -131,10 +168,19 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
         }
         outcome => outcome,
     }?;
+    if scene.budget.is_some() {
+        drop_absent(&mut lattice, &mut calibration);
+    }
     timed("calibration", watch);
 
     let watch = Stopwatch::start();
     let given = Given { scene: &scene, body: &body, loads: &loads, reference: &reference, lattice: &lattice };
+    let converged = converged::compare(given, &calibration, progress)?;
+    if converged.is_some() {
+        timed("converged reference", watch);
+    }
+
+    let watch = Stopwatch::start();
     let dynamics = motion::run(given, &calibration, progress)?;
     if dynamics.is_some() {
         timed("dynamics", watch);
@@ -143,7 +189,27 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
     warnings.extend(lattice.warnings.iter().cloned());
     warnings.extend(linear_fit::warning(&scene, &body));
     warnings.extend(calibration.warning());
-    Ok(Study { scene, body, loads, reference, lattice, calibration, dynamics, warnings, seconds })
+    warnings.extend(calibration.weakness.warning());
+    Ok(Study {
+        scene,
+        body,
+        loads,
+        reference,
+        lattice,
+        calibration,
+        converged,
+        dynamics,
+        budget: None,
+        warnings,
+        seconds,
+    })
+}
+
+/// Leaves out the springs without stiffness, and the groups that have no others.
+fn drop_absent(lattice: &mut Lattice, found: &mut Calibration) {
+    let kept: Vec<bool> = found.stiffness.iter().map(|k| *k > 0.0).collect();
+    lattice.retain(&kept);
+    found.retain(&kept);
 }
 
 /// The continuum under all loads.

@@ -138,7 +138,8 @@ fn the_bits_do_not_depend_on_the_number_of_threads() {
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let found = pool.install(|| run(&scene)).calibration;
-        let errors = found.ladder.iter().map(|rung| (rung.groups, rung.error.to_bits(), rung.held_out.map(f64::to_bits)));
+        let errors =
+            found.ladder.iter().map(|rung| (rung.groups, rung.error.to_bits(), rung.held_out.map(f64::to_bits)));
         let phi: Vec<u64> = found.phi.iter().map(|phi| phi.to_bits()).collect();
         (errors.collect::<Vec<_>>(), phi, found.grouping.group_of)
     };
@@ -165,7 +166,8 @@ fn the_plane_bodies_come_as_far_as_the_prototype() {
                 faults.push(format!("{} {groups}: {factorisations:?} factorisations", row.body));
             }
             let body = &known["bodies"][row.body];
-            let (on_c0, on_h) = (body["alone"][i].as_f64().expect("a number"), body["held_out"][i].as_f64().expect("a number"));
+            let (on_c0, on_h) =
+                (body["alone"][i].as_f64().expect("a number"), body["held_out"][i].as_f64().expect("a number"));
             if row.more_loads == 0 && (alone.fitted > 1.1 * on_c0 || on_all.held_out > 1.1 * on_h) {
                 faults.push(format!(
                     "{} {groups}: {} for {on_c0}, {} for {on_h}",

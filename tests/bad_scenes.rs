@@ -36,6 +36,9 @@ const WRONG_INPUT: &[Expectation] = &[
     ("alpha_zero", 13, ["dynamics.alpha: 0 is not positive", "give a number above 0"]),
     ("broken_string", 3, ["line 3: not TOML", "strings need quotes"]),
     ("broken_table", 2, ["line 2: not TOML: unclosed table", "a line is KEY = VALUE, [TABLE] or [[load]]"]),
+    ("budget_file", 11, ["budget: a body from a file has one resolution", "name a shape that is a patch"]),
+    ("budget_finest", 13, ["budget.finest: 3 numbers for a body in 2D", "give 2, one for each direction"]),
+    ("budget_zero", 12, ["budget.max_error: 0 is not positive", "give a number above 0"]),
     (
         "control_points_below_degree",
         4,
@@ -72,6 +75,9 @@ const WRONG_INPUT: &[Expectation] = &[
         4,
         ["geometry.degree: [2, 2] has no meaning for the method \"q4\"", "remove geometry.degree, or use"],
     ),
+    ("converged_box", 11, ["converged: the supports name control points", "hold whole faces (support.faces)"]),
+    ("converged_mesh", 13, ["converged: \"q4\" works on a mesh, which is not refined", "use \"iga\" on a patch"]),
+    ("converged_not_finer", 11, ["converged: the mesh is not refined", "give halvings or elevations above 0"]),
     ("degree_low", 4, ["geometry.degree: degree [1, 1] is too low for this body", "at least [2, 2]"]),
     ("degree_zero", 4, ["geometry.degree[0]: 0 is out of range", "give a whole number from 1 to 9"]),
     ("duplicate_key", 6, ["line 6: the key is given twice", "keep one of them"]),
@@ -132,17 +138,18 @@ const WRONG_INPUT: &[Expectation] = &[
         ["calibration.gamma: 0 is out of range", "give a number above 0 and below 1, or { start = 0.8, step = 0.1 }"],
     ),
     ("edges_node", 12, ["springs.edges[1]: there is no node 36", "the body has 36, numbered from 0 to 35"]),
-    ("edge_file_missing", 0, ["no_edges.txt", "cannot be read"]),
+    ("edge_file_missing", 12, ["no_edges.txt", "cannot be read"]),
     ("list_alone", 12, ["springs.topology: \"list\" has no springs of its own", "add springs.edges"]),
     ("sets_missing", 11, ["springs.sets: the grouping \"sets\" has no sets", "add [[springs.sets]]"]),
     ("spring_set_empty", 13, ["springs.sets[0]: \"corner\" has 1 nodes", "both its ends"]),
     ("spring_set_places", 13, ["springs.sets[0]: several places are given", "keep one of face, set, box, nodes"]),
     ("spring_set_name", 14, ["springs.sets[0].name: \"rest\" is taken", "a name of its own"]),
     ("groups_zero", 12, ["springs.groups: 0 is out of range", "give a whole number from 1 to 1000000"]),
+    ("regularisation", 12, ["calibration.regularisation: -1 is negative", "give 0, or an error in percent"]),
+    ("regularisation_matrix", 12, ["calibration.regularisation: the objective matrix takes none", "remove it"]),
     ("profile", 12, ["springs.profile: unknown name \"stiffness\"", "known names are constant, axial_rigidity"]),
     ("gauss_points", 12, ["reference.extra_gauss_points: 1000 is out of range", "give a whole number from 0 to 32"]),
     ("infinite", 5, ["material.young: inf is not a finite number", "give a finite number"]),
-    ("later_budget", 11, ["budget: unknown key", "known keys here are name, geometry"]),
     ("later_grouping", 12, ["springs.grouping: unknown name \"stress\"", "known names are length"]),
     ("later_key", 10, ["load[0].wind: unknown key", "known keys here are name, fit"]),
     ("later_method", 12, ["reference.method: unknown name \"meshfree\"", "known names are iga, t3, t4, q4, b8"]),
@@ -212,7 +219,7 @@ const WRONG_INPUT: &[Expectation] = &[
     (
         "mesh_set",
         8,
-        ["support.sets[0]: there is no set \"floor\"", "the sets of the file are bottom, right, top, left"],
+        ["support.sets[0]: there is no set \"floor\"", "the sets of the body are bottom, right, top, left"],
     ),
     (
         "method_of_meshes",
@@ -506,6 +513,67 @@ const WRONG_INPUT: &[Expectation] = &[
         ["geometry.control_points[1]: 6.5 cannot be used here", "expected a whole number from 0"],
     ),
     ("young_negative", 5, ["material.young: -15000 is not positive", "give a number above 0"]),
+    (
+        "cells_and_control_points",
+        4,
+        [
+            "geometry.control_points: the shape \"kuhn_box\" is a mesh and has no control_points",
+            "geometry.cells says how fine a mesh is",
+        ],
+    ),
+    (
+        "cells_of_a_patch",
+        4,
+        [
+            "geometry.cells: the shape \"cube\" is a patch and has no cells",
+            "geometry.control_points says how fine a patch is; meshes are rectangle, box, kuhn_box",
+        ],
+    ),
+    (
+        "cells_count",
+        4,
+        [
+            "geometry.cells: cells [4, 2, 2] for the mesh \"ball\"",
+            "one whole number from 1 for each of: across the core, shells around it",
+        ],
+    ),
+    (
+        "cells_zero",
+        4,
+        ["geometry.cells: cells [0, 2, 2] for the mesh \"cylinder\"", "one whole number from 1 for each of"],
+    ),
+    (
+        "cells_many",
+        4,
+        ["geometry.cells: cells [2000, 2000, 2000] make 8012006001 nodes", "at most 1431655764 nodes in all"],
+    ),
+    (
+        "distortion_large",
+        4,
+        ["geometry.distortion.alpha: 1.5 is out of range", "the share of a cell's width that a node is moved by"],
+    ),
+    (
+        "distortion_of_a_ball",
+        4,
+        ["geometry.distortion: the mesh \"ball\" cannot be distorted", "remove it; it is for kuhn_box"],
+    ),
+    ("distortion_key", 4, ["geometry.distortion.alfa: unknown key", "known keys here are alpha, seed"]),
+    (
+        "method_of_patches_on_a_shape",
+        12,
+        [
+            "reference.method: \"iga\" works on patches, and the shape \"cylinder\" is a mesh",
+            "leave it out, or use \"b8\"",
+        ],
+    ),
+    ("support_list_empty", 2, ["support: the list is empty", "add a [[support]] table"]),
+    ("support_list_entry", 9, ["support[1]: nothing is held", "add support[1].faces"]),
+    (
+        "support_list_set",
+        10,
+        ["support[1].sets[0]: there is no set \"mantle\"", "the sets of the body are x-, x+, y-, y+, side, z-, z+"],
+    ),
+    ("support_list_key", 10, ["support[1].face: unknown key", "did you mean \"faces\"?"]),
 ];
 
 /// The numbers do not allow it: exit status 3.

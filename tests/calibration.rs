@@ -1,8 +1,12 @@
 //! Calibration recovers what it should: R1 of the verification list, bounds, determinism.
 
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use springfit::calibration::objective::{Objective, Problem};
 use springfit::calibration::objectives::displacement::{Displacement, Target, weights};
 use springfit::calibration::optimiser::{OPTIMISERS, Outcome, Serves, Settings, find};
+use springfit::calibration::pieces::{Kept, NOTHING, Piece, Stage};
 use springfit::clock::Progress;
 use springfit::geometry::dofs::DofMap;
 use springfit::geometry::grid::Grid;
@@ -44,6 +48,11 @@ fn membrane(n: usize, held: impl Fn([usize; 3]) -> bool) -> Membrane {
 
 /// Fits the membrane to its own displacements at `truth`, from bounds that make (1000, 1000) the first start.
 fn recover(membrane: &Membrane, truth: [f64; 2], optimiser: &str, settings: &Settings) -> Outcome {
+    recover_keeping(membrane, truth, optimiser, settings, &NOTHING)
+}
+
+/// The same with some pieces known.
+fn recover_keeping(membrane: &Membrane, truth: [f64; 2], optimiser: &str, settings: &Settings, kept: &Kept) -> Outcome {
     let n = membrane.unknowns;
     let forces: Vec<f64> = (0..n).map(|i| if i % 2 == 0 { 3.0 } else { -2.0 }).collect();
     let upper = [1e4, 1e4];
@@ -71,11 +80,13 @@ fn recover(membrane: &Membrane, truth: [f64; 2], optimiser: &str, settings: &Set
         make: &make,
         displacement: Some(&worker),
         linear: None,
+        prior: None,
         upper: &upper,
         seed: 1,
         index: 0,
         side_by_side: true,
         progress: &progress,
+        kept,
     };
     (find(optimiser).expect("in the table").run)(&problem, settings).expect("a well-posed problem")
 }
@@ -136,5 +147,71 @@ fn every_optimiser_gives_the_same_bits_for_any_number_of_threads() {
         let (one, three) = (run(1), run(3));
         assert_eq!(one.phi, three.phi, "{}", optimiser.name);
         assert_eq!(one.counts, three.counts, "{}", optimiser.name);
+    }
+}
+
+#[test]
+fn products_with_the_jacobian_and_its_adjoint_are_those_of_its_columns() {
+    let membrane = membrane(5, |[i, ..]| i == 0);
+    let n = membrane.unknowns;
+    let load = |shift: usize| (0..n).map(move |i| ((i + shift) % 7) as f64 - 3.0);
+    let forces: Vec<f64> = load(0).chain(load(3)).collect();
+    let reference: Vec<f64> = forces.iter().map(|f| 1e-3 * f).collect();
+    let target = Target {
+        operator: &membrane.operator,
+        upper: &[1e4, 1e4],
+        forces: &forces,
+        reference: &reference,
+        weights: &[2.0, 0.5],
+    };
+    let mut objective = Displacement::new(target);
+    objective.error(&[500.0, 400.0]).expect("positive definite");
+    let (mut residual, mut jacobian) = (vec![], vec![]);
+    objective.linearise(&mut residual, &mut jacobian).expect("positive definite");
+    assert_eq!(objective.residual(), residual);
+    let members = membrane.operator.members().into_owned();
+    let largest = jacobian.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+    for (a, column) in jacobian.chunks_exact(residual.len()).enumerate() {
+        let change: Vec<f64> = (0..2).map(|b| f64::from(a == b)).collect();
+        let along = objective.along(&members, &change).expect("positive definite");
+        assert!(along.iter().zip(column).all(|(x, y)| (x - y).abs() <= 1e-11 * largest), "group {a}");
+        let slope = objective.adjoint(&members, &residual).expect("positive definite")[a];
+        let direct: f64 = column.iter().zip(&residual).map(|(x, r)| x * r).sum();
+        assert!((slope - direct).abs() <= 1e-11 * direct.abs(), "group {a}: {slope}, {direct}");
+    }
+}
+
+/// Starts, chains and descents are told once each; known ones are not done again and lead to the same bits.
+#[test]
+fn pieces_that_are_known_are_not_done_again() {
+    let membrane = membrane(5, |[i, ..]| i == 0);
+    let settings = Settings { starts: Some(3), chains: 3, evaluations: 60, ..Settings::default() };
+    for (optimiser, pieces) in [("gauss_newton", 3), ("annealing", 3), ("hybrid", 6)] {
+        let told = Mutex::new(Vec::<(Piece, Outcome)>::new());
+        let tell = |piece, outcome: &Outcome| told.lock().expect("no panic").push((piece, outcome.clone()));
+        let with = |kept: &Kept| recover_keeping(&membrane, [500.0, 400.0], optimiser, &settings, kept);
+        let first = with(&Kept { known: &|_| None, tell: &tell });
+        let all = told.lock().expect("no panic").clone();
+        assert_eq!(all.len(), pieces, "{optimiser}");
+        let mut names: Vec<Piece> = all.iter().map(|(piece, _)| *piece).collect();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), pieces, "every piece has its own name");
+        assert!(names.iter().all(|piece| piece.problem == 0 && piece.stage != Stage::Answer));
+
+        let find = |piece| all.iter().find(|(name, _)| *name == piece).map(|(_, outcome)| outcome.clone());
+        let (asked, done_again) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let known = |piece| {
+            asked.fetch_add(1, Ordering::Relaxed);
+            find(piece)
+        };
+        let again = with(&Kept { known: &known, tell: &|_, _| drop(done_again.fetch_add(1, Ordering::Relaxed)) });
+        assert_eq!((asked.into_inner(), done_again.into_inner()), (pieces, 0), "{optimiser}");
+        let bits = |outcome: &Outcome| outcome.phi.iter().map(|phi| phi.to_bits()).collect::<Vec<_>>();
+        assert_eq!((bits(&first), first.counts, first.stop), (bits(&again), again.counts, again.stop));
+        assert_eq!(first.error.to_bits(), again.error.to_bits());
+        let errors =
+            |outcome: &Outcome| outcome.trace.iter().map(|p| (p.refactorisations, p.error)).collect::<Vec<_>>();
+        assert_eq!(errors(&first), errors(&again));
     }
 }

@@ -22,7 +22,7 @@ fn list_shows_every_table() {
     let (_, json, _) = call(&["list", "--json"]);
     let tables: Value = serde_json::from_str(&json).unwrap();
     let tables = tables.as_object().unwrap();
-    assert_eq!(tables.len(), 9);
+    assert_eq!(tables.len(), 10);
     for (name, table) in tables {
         assert!(text.contains(name));
         let (status, one, _) = call(&["list", name]);
@@ -59,7 +59,9 @@ fn the_schema_knows_every_table_of_a_scene() {
     let schema: Value = serde_json::from_str(&text).unwrap();
     let keys = schema["properties"].as_object().unwrap().keys().map(String::as_str).collect::<Vec<_>>();
     let expected = [
+        "budget",
         "calibration",
+        "converged",
         "dynamics",
         "geometry",
         "load",
@@ -135,6 +137,46 @@ fn an_output_folder_that_cannot_be_made_exits_with_2() {
 }
 
 #[test]
+fn a_budget_takes_the_cheapest_network_and_one_that_cannot_be_met_exits_with_4() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/data/scenes/budget.toml");
+    // seconds, so that a loaded machine chooses the same networks
+    let run = |sets: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        let sets = sets.iter().flat_map(|set| ["--set", set]);
+        let fixed = ["run", scene, "--out", folder.path().to_str().unwrap(), "--set", "budget.step_time=60.0"];
+        let (status, _, message) = call(&fixed.into_iter().chain(sets).collect::<Vec<_>>());
+        let text = std::fs::read_to_string(folder.path().join("result.json")).unwrap();
+        assert!(folder.path().join("front.svg").exists() && folder.path().join("springs.json").exists());
+        (status, message, serde_json::from_str::<Value>(&text).unwrap())
+    };
+    let (status, message, result) = run(&[]);
+    assert_eq!(status, 0, "{message}");
+    let budget = &result["budget"];
+    let points = budget["points"].as_array().unwrap();
+    let taken = &points[budget["chosen"].as_u64().unwrap() as usize];
+    let error = |point: &Value| point["error"].as_f64().unwrap();
+    assert!(budget["met"] == true && error(taken) <= 3.0, "{budget}");
+    // no coarser network was good enough, and the result is that of the one that was taken
+    assert!(points.iter().all(|point| point["control_points"] == taken["control_points"] || error(point) > 3.0));
+    assert_eq!(result["scene"]["geometry"]["control_points"], taken["control_points"]);
+    assert_eq!(result["sizes"]["springs"], taken["springs"]);
+    let held_out = result["calibration"]["held_out"].as_array().unwrap();
+    let mean = held_out.iter().map(|case| case["e_rms"].as_f64().unwrap().powi(2)).sum::<f64>() / held_out.len() as f64;
+    assert!((mean.sqrt() - error(taken)).abs() < 1e-9 * mean.sqrt(), "{mean} {taken}");
+
+    let (status, message, result) = run(&["budget.max_error=0.01", "budget.finest=[6, 6, 6]"]);
+    assert_eq!(status, 4, "{message}");
+    assert!(
+        message.contains("the budget cannot be met: the best of") && message.contains("(allowed 0.01 %)"),
+        "{message}"
+    );
+    assert_eq!(result["budget"]["met"], false);
+    let points = result["budget"]["points"].as_array().unwrap();
+    let best = points.iter().map(error).fold(f64::INFINITY, f64::min);
+    assert_eq!(error(&points[result["budget"]["chosen"].as_u64().unwrap() as usize]), best);
+}
+
+#[test]
 fn bench_measures_with_the_error_beside_the_time() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
@@ -185,6 +227,25 @@ fn bench_measures_with_the_error_beside_the_time() {
         assert!(row["path"] == "direct" || checked.unwrap() < 1e-8, "{row}");
     }
     assert!(folder.path().join("bench-growth.svg").exists());
+
+    let (status, text, message) = call(&["bench", "tradeoff", SQUARE, "--finest", "5,5", "--out", out]);
+    assert_eq!(status, 0, "{message}");
+    assert!(text.contains("5 x 5") && text.contains("Pareto front"), "{text}");
+    assert!(folder.path().join("bench-tradeoff.svg").exists());
+
+    let (status, json, message) = call(&["bench", "corotational", "--sizes", "5,10", "--json", "--out", out]);
+    assert_eq!(status, 0, "{message}");
+    let document: Value = serde_json::from_str(&json).unwrap();
+    let domains = |row: &Value| (row["method"].as_str().unwrap().to_owned(), row["cost"]["domains"].as_u64().unwrap());
+    let rows: Vec<_> = document["rows"].as_array().unwrap().iter().map(domains).collect();
+    assert_eq!(rows.len(), 10);
+    // 6 tetrahedra a cell; faces = 2 tetrahedra + half of the boundary's
+    assert_eq!(rows[0], ("t4".to_owned(), 30));
+    assert_eq!(rows[1], ("smoothed_face".to_owned(), 2 * 30 + (4 * 5 * 2 + 2 * 2) / 2));
+    assert_eq!(rows[5], ("t4".to_owned(), 240));
+    assert!(folder.path().join("bench-corotational.svg").exists());
+    let (status, _, message) = call(&["bench", "corotational", "--sizes", "12"]);
+    assert!(status == 2 && message.contains("--sizes: 12 is out of range"), "{message}");
 
     for (arguments, expected) in [
         (["--sizes", "2"], "from 3 to 129"),

@@ -86,9 +86,10 @@ fn model(patch: Patch, merge: bool) -> Model {
 }
 
 impl Model {
-    fn export(&self, exporter: &str, folder: &Path, names: &[&str], dynamics: Option<(&[f64], &[f64])>) {
-        let cases: Vec<Case> =
-            names.iter().map(|name| Case { name, reference: &self.reference, springs: &self.springs }).collect();
+    fn export(&self, exporter: &str, folder: &Path, names: &[&'static str], dynamics: Option<(&[f64], &[f64])>) {
+        let (reference, springs) = (&self.reference, &self.springs);
+        let case = |name: &&'static str| Case { name, fit: true, forces: reference, reference, springs };
+        let cases: Vec<Case> = names.iter().map(case).collect();
         let results = Calibrated {
             name: "test",
             body: Body::Patch(&self.patch),

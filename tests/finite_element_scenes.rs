@@ -98,7 +98,7 @@ fn membranes_of_experiment_4_iv_have_the_springs_of_table_4_1() {
         [("irregular_square.msh", 101, 328, "bottom"), ("circle_membrane.msh", 89, 316, "rim")]
     {
         scene.geometry.file = Some(Path::new(env!("CARGO_MANIFEST_DIR")).join("data/meshes").join(file));
-        scene.support.sets = vec![set.into()];
+        scene.support.tables_mut()[0].sets = vec![set.into()];
         scene.load = vec![Load::force_per_node(vec![250.0, -400.0])];
         let body = body::build(&scene).expect("a body");
         let lattice = network::build(&scene, &body).expect("a network");
@@ -120,8 +120,9 @@ fn a_mesh_from_a_file_gives_the_results_of_the_grid() {
     let mut file = grid.clone();
     file.geometry = scene::Geometry { file: Some(path), ..Default::default() };
     file.reference.method = None;
-    file.support.faces.clear();
-    file.support.r#box = Some(scene::BoxRegion { min: vec![0.0, 0.0], max: vec![2.0, 0.0] });
+    let support = &mut file.support.tables_mut()[0];
+    support.faces.clear();
+    support.r#box = Some(scene::BoxRegion { min: vec![0.0, 0.0], max: vec![2.0, 0.0] });
     let place = |face: Option<&str>| Traction {
         face: face.map(str::to_owned),
         set: None,

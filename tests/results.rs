@@ -29,6 +29,7 @@ const REFERENCE: &[&str] =
     &["method", "compliance", "u_max", "u_norm2", "stiffness_frobenius", "measure", "backward_error", "seconds"];
 /// Beyond the list of the interface: `global_strain` (4.17), `fitted` (each fitted load case, like `held_out`).
 const CALIBRATION: &[&str] = &[
+    "weakness",
     "objective",
     "optimiser",
     "gamma",
@@ -104,10 +105,13 @@ fn no_null(value: &Value, key: &str) {
 }
 
 fn result_is_as_promised(result: &Value) {
-    has_keys(result, RESULT, &["dynamics"]);
+    has_keys(result, RESULT, &["dynamics", "converged", "budget"]);
     assert_eq!(result["schema"], "springfit-result/1");
     assert_eq!(result["version"], env!("CARGO_PKG_VERSION"));
-    assert_eq!(result["dynamics"].is_object(), result["scene"]["dynamics"].is_object());
+    for key in ["dynamics", "converged", "budget"] {
+        assert_eq!(result[key].is_object(), result["scene"][key].is_object());
+    }
+    result["converged"]["cases"].as_array().into_iter().flatten().for_each(errors_add_up);
     has_keys(&result["sizes"], SIZES, &[]);
     has_keys(&result["reference"], REFERENCE, &["path", "iterations"]);
     let calibration = &result["calibration"];
@@ -128,6 +132,13 @@ fn result_is_as_promised(result: &Value) {
         list(calibration, key).iter().for_each(|case| has_keys(case, CASE, &[]));
     }
     no_null(result, "");
+}
+
+/// The triangle of springs, mesh and body; the mesh is one step coarser than the finer one in the scene that has it.
+fn errors_add_up(case: &Value) {
+    let [springs, mesh, total, remaining] = ["springs", "mesh", "total", "remaining"].map(|key| number(case, key));
+    assert!(springs > 0.0 && mesh > 0.0 && total <= springs + mesh && total >= (springs - mesh).abs(), "{case}");
+    assert!((remaining - mesh).abs() < 1e-6 * mesh, "{case}");
 }
 
 fn numbers_make_sense(result: &Value) {

@@ -8,15 +8,20 @@
 use std::ops::AddAssign;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::calibration::linear::Reduced;
 use crate::calibration::objectives::displacement::Displacement;
+use crate::calibration::optimiser::Outcome;
+use crate::calibration::pieces::{Kept, Piece, Stage};
+use crate::calibration::prior::Prior;
 use crate::clock::Progress;
 use crate::error::Result;
 use crate::springs::solver::Work;
 
 /// How often the expensive things were done.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Counts {
     /// Errors asked for.
     pub evaluations: u64,
@@ -99,6 +104,8 @@ pub struct Problem<'a> {
     pub displacement: Option<&'a (dyn Fn() -> Displacement<'a> + Sync)>,
     /// The whole problem, when the objective is linear in phi: it can be solved in one step.
     pub linear: Option<&'a Reduced>,
+    /// What is believed about phi beforehand; workers of `make` have it in their error.
+    pub prior: Option<&'a Prior>,
     /// Upper bounds of phi, length m; the lower ones are 0.
     pub upper: &'a [f64],
     /// Seed of the run and index of the problem in its sweep: with the chain they make the random stream.
@@ -109,4 +116,19 @@ pub struct Problem<'a> {
     pub side_by_side: bool,
     /// Where evaluations are counted, and whether to stop.
     pub progress: &'a Progress,
+    /// What is known of it already, and who hears of its pieces.
+    pub kept: &'a Kept<'a>,
+}
+
+impl Problem<'_> {
+    /// Does the pieces of one stage; outcomes in their order.
+    pub fn pieces(
+        &self,
+        stage: Stage,
+        count: usize,
+        work: impl Fn(usize) -> Result<Outcome> + Sync,
+    ) -> Vec<Result<Outcome>> {
+        let piece = |number| Piece { problem: self.index, stage, number };
+        each(self.side_by_side, count, |number| self.kept.or(piece(number), || work(number)))
+    }
 }

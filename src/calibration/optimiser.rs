@@ -1,7 +1,9 @@
 //! What every optimiser is given and gives back, and the table of optimisers.
 
+use serde::{Deserialize, Serialize};
+
 use crate::calibration::objective::{Counts, Problem};
-use crate::calibration::optimisers::{annealing, gauss_newton, hybrid, least_squares, surrogate};
+use crate::calibration::optimisers::{annealing, gauss_newton, hybrid, least_squares, many, surrogate};
 use crate::error::Result;
 
 /// Settings of all optimisers; each reads what concerns it.
@@ -55,12 +57,12 @@ impl Settings {
 }
 
 /// Why an optimiser stopped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Stop {
     /// Further steps would lower the error by less than the tolerance.
     Converged,
-    /// On a fine mesh: a model that is right to first order promises less than 1e-4 of the error (or the tolerance, if
-    /// that is larger); see [`crate::calibration::optimisers::reduced`].
+    /// On a fine mesh or with many groups: a model that is right to first order promises less than 1e-4 of the error (or the
+    /// tolerance, if that is larger); see [`crate::calibration::optimisers::reduced`] and [`crate::calibration::optimisers::many`].
     NoPromise,
     /// No step along the model lowered the error.
     NoDescent,
@@ -99,7 +101,8 @@ impl Stop {
 }
 
 /// One point of the history of a start or chain: work done and best error so far.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct TracePoint {
     /// Seconds since the start or chain began.
     pub seconds: f64,
@@ -110,7 +113,8 @@ pub struct TracePoint {
 }
 
 /// What one start or chain found.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Outcome {
     /// Best stiffnesses, length m.
     pub phi: Vec<f64>,
@@ -197,7 +201,8 @@ pub const OPTIMISERS: &[Optimiser] = &[
         serves: Serves::All,
         uses_jacobian: true,
         expected_evaluations: |settings, groups| {
-            settings.starts_for(groups) as u64 * settings.refactorisations + settings.polish
+            let starts = if many::serves(groups) { 1 } else { settings.starts_for(groups) };
+            starts as u64 * settings.refactorisations + settings.polish
         },
     },
     Optimiser {

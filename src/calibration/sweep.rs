@@ -2,13 +2,16 @@
 //!
 //! Small gammas make many small groups, large ones few large groups. Two gammas that give the same groups are the same
 //! problem: it is solved once, and both rows of the table show it. The distinct problems are independent and run in
-//! parallel, each with its own random streams.
+//! parallel, each with its own random streams. The search of a problem is a piece ([`crate::calibration::pieces`]): an answer that is known
+//! already is only confirmed.
 
 use crate::calibration::linear::Reduced;
 use crate::calibration::objective::{Objective, Problem, each};
 use crate::calibration::objectives::displacement::{Displacement, Target};
 use crate::calibration::objectives::linear::Linear;
 use crate::calibration::optimiser::{Optimiser, Outcome, Settings};
+use crate::calibration::pieces::{Kept, Piece, Stage};
+use crate::calibration::prior::{Prior, Regularised};
 use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
 use crate::springs::grouping::Grouping;
@@ -60,6 +63,8 @@ pub struct SweepProblem<'a> {
     pub upper: Vec<f64>,
     /// What is made small.
     pub search: Search,
+    /// What is believed about its groups beforehand.
+    pub prior: Option<Prior>,
     /// Index of the first gamma that gives it; names its random streams.
     pub index: usize,
 }
@@ -75,6 +80,8 @@ pub struct Shared<'a> {
     pub weights: &'a [f64],
     /// How K(phi) u = f is solved while the optimiser searches.
     pub solver: &'a solver::Settings,
+    /// Pieces that are known already, and who hears of new ones.
+    pub kept: &'a Kept<'a>,
 }
 
 /// The answer to one distinct problem.
@@ -124,20 +131,26 @@ pub fn solve(
         };
         let worker = || Displacement::with_solver(target, shared.solver).watching(&progress.interrupt());
         let given = |make, displacement, linear| -> Result<Outcome> {
-            let (upper, index) = (&problem.upper[..], problem.index);
-            (optimiser.run)(
-                &Problem { make, displacement, linear, upper, seed, index, side_by_side, progress },
-                settings,
-            )
+            let (upper, index, kept) = (&problem.upper[..], problem.index, shared.kept);
+            let prior = problem.prior.as_ref();
+            kept.or(Piece { problem: index, stage: Stage::Answer, number: 0 }, || {
+                let all =
+                    Problem { make, displacement, linear, prior, upper, seed, index, side_by_side, progress, kept };
+                (optimiser.run)(&all, settings)
+            })
         };
         let outcome = match &problem.search {
-            Search::Displacement => given(&|| Box::new(worker()), Some(&worker), None),
+            Search::Displacement => match &problem.prior {
+                None => given(&|| Box::new(worker()), Some(&worker), None),
+                Some(prior) => given(&|| Box::new(Regularised::new(worker(), prior)), Some(&worker), None),
+            },
             Search::Linear(reduced) => given(&|| Box::new(Linear::new(reduced, &problem.upper)), None, Some(reduced)),
             Search::Known(phi) => Ok(Outcome::known(phi.clone())),
         }?;
         let settings = exact(&problem.operator, shared.solver);
         let mut exact = Displacement::with_solver(target, &settings).watching(&progress.interrupt());
         let error = exact.error(&outcome.phi)?;
+        let error = problem.prior.as_ref().map_or(error, |prior| prior.with(error, &outcome.phi));
         let error_difference = match problem.search {
             Search::Displacement if error > 0.0 => Some((outcome.error - error).abs() / error),
             Search::Displacement => Some(outcome.error),

@@ -1,5 +1,8 @@
 //! `springfit bench`: speed against error on this machine.
 
+mod corotational;
+mod tradeoff;
+
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -31,8 +34,12 @@ pub enum Bench {
     Calibrate(CalibrateArguments),
     /// Whole runs on finer and finer cubes, a process each: how seconds and memory grow
     Growth(GrowthArguments),
+    /// Networks of a scene at several resolutions and numbers of groups: error against the time of a step
+    Tradeoff(tradeoff::TradeoffArguments),
     /// A network in motion: springs a second, share of the bandwidth, error of the step
     Step(StepArguments),
+    /// A corotational beam in motion: what a step costs by stage, with every averaging of the strain
+    Corotational(corotational::Arguments),
 }
 
 #[derive(Debug, Args)]
@@ -113,7 +120,9 @@ pub fn run(what: &Bench) -> Result<()> {
         Bench::Solve(arguments) => Ok(run_solve(arguments)?),
         Bench::Calibrate(arguments) => run_calibrate(arguments),
         Bench::Growth(arguments) => Ok(run_growth(arguments)?),
+        Bench::Tradeoff(arguments) => tradeoff::run(arguments),
         Bench::Step(arguments) => Ok(run_step(arguments)?),
+        Bench::Corotational(arguments) => Ok(corotational::run(arguments)?),
     }
 }
 

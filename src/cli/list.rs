@@ -3,15 +3,23 @@
 use serde_json::{Map, Value, json};
 use springfit::error::Error;
 use springfit::export::EXPORTERS;
+use springfit::export::formats::FORMATS;
 use springfit::scene::{Choice, KINDS, Kind};
 
 use super::{Result, terminal};
 
-/// What results are written with; the one table that no scene key chooses from.
-const EXPORTER_KIND: Kind = Kind { name: "exporters", key: "run --out", choices: exporters };
+/// What results are written with: the tables that no scene key chooses from.
+const OUTPUT_KINDS: [Kind; 2] = [
+    Kind { name: "files", key: "run --out", choices: files },
+    Kind { name: "exporters", key: "export --to", choices: exporters },
+];
+
+fn files() -> Vec<Choice> {
+    EXPORTERS.iter().map(|exporter| Choice { name: exporter.name, doc: exporter.doc }).collect()
+}
 
 fn exporters() -> Vec<Choice> {
-    EXPORTERS.iter().map(|exporter| Choice { name: exporter.name, doc: exporter.doc }).collect()
+    FORMATS.iter().map(|format| Choice { name: format.name, doc: format.doc }).collect()
 }
 
 /// Prints one table, or all of them.
@@ -19,7 +27,7 @@ fn exporters() -> Vec<Choice> {
 /// # Errors
 /// An unknown table.
 pub fn run(kind: Option<&str>, json: bool) -> Result<()> {
-    let mut kinds: Vec<&Kind> = KINDS.iter().chain([&EXPORTER_KIND]).collect();
+    let mut kinds: Vec<&Kind> = KINDS.iter().chain(&OUTPUT_KINDS).collect();
     let names = kinds.iter().map(|kind| kind.name).collect::<Vec<_>>().join(", ");
     kinds.retain(|table| kind.is_none_or(|name| name == table.name));
     if kinds.is_empty() {

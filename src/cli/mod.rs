@@ -7,6 +7,7 @@ use springfit::scene::Located;
 
 mod bench;
 mod check;
+mod export;
 mod list;
 mod new;
 mod progress;
@@ -27,7 +28,7 @@ pub struct Call {
 }
 
 const EXIT_STATUS: &str = "Exit status: 0 done; 2 the input or the call is wrong; 3 the numbers do not allow it; \
-                           130 interrupted.";
+                           4 a budget cannot be met; 130 interrupted.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -70,6 +71,17 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Write a finished run in the format of another program
+    Export {
+        /// Folder of the run: springfit run SCENE --out DIR
+        dir: PathBuf,
+        /// The format (springfit list exporters)
+        #[arg(long, value_name = "NAME")]
+        to: String,
+        /// Folder for the files; that of the run when absent
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
     /// Print the JSON Schema of a scene
     Schema,
 }
@@ -100,6 +112,9 @@ struct RunArguments {
     /// Threads; all of the machine when absent
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+    /// Go on from the checkpoint that an interrupted run of the same scene left in DIR
+    #[arg(long, requires = "out")]
+    resume: bool,
     /// Neither progress nor warnings
     #[arg(long)]
     quiet: bool,
@@ -117,6 +132,7 @@ pub fn run(call: &Call) -> Result<()> {
         Command::List { kind, json } => list::run(kind.as_deref(), *json),
         Command::Bench { what } => bench::run(what),
         Command::Reproduce { id, out, json } => reproduce::run(id, out.as_deref(), *json),
+        Command::Export { dir, to, out } => export::run(dir, to, out.as_deref()),
         Command::Schema => schema::run(),
     }
 }

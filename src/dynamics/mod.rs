@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`model`] | what an integrator sees of a body that moves |
 //! | [`linear`] | K, C and M of a linear body |
+//! | [`falling`] | the plain explicit step that speed is measured on |
 //! | [`forces`] | forces of springs at any stretch and turn |
 //! | [`springs`] | a network with those forces, and its tangents |
 //! | [`corotational`] | an elastic body at any turn |
@@ -20,6 +21,7 @@ pub mod corotational;
 pub mod eigen;
 pub mod energy;
 pub mod external;
+pub mod falling;
 pub mod forces;
 pub mod implicit;
 pub mod integrator;

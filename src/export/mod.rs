@@ -10,9 +10,15 @@
 //! | [`plot`] | curves over time as an SVG |
 //! | [`vtu`] | the XML file format of VTK's unstructured grids |
 //! | [`mod@write`] | a file appears whole or not at all |
+//! | [`finished`] | springs.json and result.json read back, checked |
+//! | [`folder`] | all files of a run together or none of them; one run at a time |
+//! | [`formats`] | a finished run in the formats of other programs |
 
 pub mod body;
 pub mod control_net;
+pub mod finished;
+pub mod folder;
+pub mod formats;
 pub mod mesh;
 pub mod motion;
 pub mod plot;
@@ -68,6 +74,10 @@ pub struct Calibrated<'a> {
 pub struct Case<'a> {
     /// Name of the load case; appended to the names of fields when there are several.
     pub name: &'a str,
+    /// False when it was held out of the fit.
+    pub fit: bool,
+    /// Force on every node, N; 0 where it is held.
+    pub forces: &'a [[f64; 3]],
     /// Displacement of every node in the reference, m.
     pub reference: &'a [[f64; 3]],
     /// Displacement of every node of the springs, m.

@@ -16,10 +16,12 @@
 //! | `k` | stiffness, N/m: already times the number of cells where the weighting counts them |
 //! | `c` | damping (4.18), N s/m; only when the scene has dynamics |
 //! | `groups` | names of the groups |
+//! | `loads` | the load cases: `name`, whether they were fitted (`fit`), `forces` on the nodes, N; 0 where held |
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
 use crate::geometry::dofs::FIXED;
@@ -29,23 +31,51 @@ use super::{Calibrated, write};
 /// Name and version of the format.
 pub const SCHEMA: &str = "springfit-springs/1";
 
-#[derive(Serialize)]
-struct Springs<'a> {
-    schema: &'static str,
-    name: &'a str,
-    dimension: usize,
-    nodes: Vec<usize>,
-    positions: Vec<&'a [f64]>,
-    fixed: Vec<Vec<bool>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    masses: Option<Vec<f64>>,
-    edges: Vec<[u32; 2]>,
-    rest_lengths: Vec<f64>,
-    group: &'a [u32],
-    k: &'a [f64],
-    #[serde(skip_serializing_if = "Option::is_none")]
-    c: Option<&'a [f64]>,
-    groups: Vec<&'a str>,
+/// The contents of springs.json.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Springs<'a> {
+    /// [`SCHEMA`].
+    pub schema: String,
+    /// Name of the scene.
+    pub name: String,
+    /// Directions of space, 2 or 3.
+    pub dimension: usize,
+    /// Control point of each node.
+    pub nodes: Vec<usize>,
+    /// Places at rest, m.
+    pub positions: Vec<Vec<f64>>,
+    /// Which components are held.
+    pub fixed: Vec<Vec<bool>>,
+    /// Masses, kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub masses: Option<Vec<f64>>,
+    /// The two nodes of each spring, as places in the lists above.
+    pub edges: Vec<[u32; 2]>,
+    /// Rest lengths, m.
+    pub rest_lengths: Vec<f64>,
+    /// Places in `groups`.
+    pub group: Cow<'a, [u32]>,
+    /// Stiffness, N/m.
+    pub k: Cow<'a, [f64]>,
+    /// Damping, N s/m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub c: Option<Cow<'a, [f64]>>,
+    /// Names of the groups.
+    pub groups: Vec<String>,
+    /// The load cases.
+    #[serde(default)]
+    pub loads: Vec<Forces>,
+}
+
+/// A load case in springs.json.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Forces {
+    /// Its name.
+    pub name: String,
+    /// False when it was held out of the fit.
+    pub fit: bool,
+    /// Force on every node, N.
+    pub forces: Vec<Vec<f64>>,
 }
 
 /// The text of springs.json.
@@ -57,19 +87,22 @@ pub fn document(results: &Calibrated) -> String {
     for (i, &node) in nodes.iter().enumerate() {
         place[node] = i as u32;
     }
+    let rows = |field: &[[f64; 3]]| nodes.iter().map(|&node| field[node][..dimension].to_vec()).collect();
+    let loads = results.cases.iter();
     let springs = Springs {
-        schema: SCHEMA,
-        name: results.name,
+        schema: SCHEMA.to_owned(),
+        name: results.name.to_owned(),
         dimension,
-        positions: nodes.iter().map(|&node| &network.positions[node][..dimension]).collect(),
+        positions: rows(&network.positions),
         fixed: nodes.iter().map(|&node| dofs.free(node).iter().map(|&dof| dof == FIXED).collect()).collect(),
         masses: results.masses.map(|masses| nodes.iter().map(|&node| masses[node]).collect()),
         edges: network.springs.iter().map(|spring| spring.nodes.map(|node| place[node as usize])).collect(),
         rest_lengths: network.springs.iter().map(|spring| spring.length).collect(),
-        group: &results.grouping.group_of,
-        k: results.stiffness,
-        c: results.damping,
-        groups: results.grouping.groups.iter().map(|group| group.name.as_str()).collect(),
+        group: results.grouping.group_of.as_slice().into(),
+        k: results.stiffness.into(),
+        c: results.damping.map(Cow::from),
+        groups: results.grouping.groups.iter().map(|group| group.name.clone()).collect(),
+        loads: loads.map(|case| Forces { name: case.name.into(), fit: case.fit, forces: rows(case.forces) }).collect(),
         nodes,
     };
     serde_json::to_string(&springs).expect("names and numbers can always be written as JSON")

@@ -3,6 +3,7 @@
 //! The contents go to a temporary file in the same folder, reach the disk, and take the name in one step. Whoever looks
 //! sees the old file or the new one, never a part: not when the disk is full, not when the machine stops.
 
+use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -35,8 +36,21 @@ fn replace(path: &Path, temporary: &Path, contents: &[u8]) -> io::Result<()> {
     file.write_all(contents)?;
     file.sync_all()?;
     fs::rename(temporary, path)?;
-    // The new name is on the disk once its folder is; systems that cannot open a folder do that by themselves.
-    File::open(folder).and_then(|folder| folder.sync_all()).or(Ok(()))
+    sync(folder);
+    Ok(())
+}
+
+/// Waits until the names in a folder are on the disk; systems that cannot open a folder do that by themselves.
+pub(super) fn sync(folder: &Path) {
+    let _ = File::open(folder).and_then(|folder| folder.sync_all());
+}
+
+/// True for the name of a temporary file of this program.
+pub(super) fn is_temporary(name: &OsStr) -> bool {
+    let name = name.to_string_lossy();
+    let Some(inside) = name.strip_prefix('.').and_then(|name| name.strip_suffix(".partial")) else { return false };
+    let mut numbers = inside.rsplit('.');
+    (0..2).all(|_| numbers.next().is_some_and(|number| number.parse::<u32>().is_ok())) && numbers.next().is_some()
 }
 
 /// A name that no other process and no other thread uses.

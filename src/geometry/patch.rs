@@ -74,6 +74,14 @@ impl Patch {
         Ok(Self { knots, points, weights })
     }
 
+    /// The same knots and weights with other points: a field over this patch, such as a displacement, as a patch of its own.
+    ///
+    /// # Errors
+    /// Those of [`Patch::new`].
+    pub fn with_points(&self, points: Vec<[f64; 3]>) -> Result<Self> {
+        Self::new(self.knots.clone(), points, self.weights.clone())
+    }
+
     /// Number of directions, 2 or 3.
     pub fn dimension(&self) -> usize {
         self.knots.len()

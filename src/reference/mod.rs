@@ -17,6 +17,7 @@
 //! | [`matrix_free`] | K u = f on fine meshes: conjugate gradients on a K that is applied and not stored |
 //! | [`modes`] | the lowest natural frequencies |
 //! | [`stress`] | displacement and stress at a place |
+//! | [`transfer`] | forces and fields between a mesh and a finer one |
 //!
 //! [`Reference::solve`] puts them together and chooses between the two ways to solve. The room does not know that springs exist.
 
@@ -37,6 +38,7 @@ pub mod statics;
 pub mod stiffness;
 pub mod stress;
 pub mod supports;
+pub mod transfer;
 
 use nalgebra_sparse::CsrMatrix;
 

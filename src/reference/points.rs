@@ -254,10 +254,26 @@ impl<'a> IntegrationPoints<'a> {
     /// # Errors
     /// Those of [`IntegrationPoints::fill`], of the first element that has one.
     pub(super) fn map<T: Send>(&self, value: impl Fn(usize, &ElementPoints) -> T + Sync) -> Result<Vec<T>> {
+        self.map_filled(|element, points| self.fill(element, points), value)
+    }
+
+    /// [`IntegrationPoints::map`] on the points of [`IntegrationPoints::fill_mass`].
+    ///
+    /// # Errors
+    /// Those of [`IntegrationPoints::fill`], of the first element that has one.
+    pub(super) fn map_mass<T: Send>(&self, value: impl Fn(usize, &ElementPoints) -> T + Sync) -> Result<Vec<T>> {
+        self.map_filled(|element, points| self.fill_mass(element, points), value)
+    }
+
+    fn map_filled<T: Send>(
+        &self,
+        fill: impl Fn(usize, &mut ElementPoints) -> Result<()> + Sync,
+        value: impl Fn(usize, &ElementPoints) -> T + Sync,
+    ) -> Result<Vec<T>> {
         let filled = (0..self.elements()).into_par_iter().with_min_len(ELEMENTS_PER_TASK);
         let values: Vec<Result<T>> = filled
             .map_init(ElementPoints::default, |points, element| {
-                self.fill(element, points)?;
+                fill(element, points)?;
                 Ok(value(element, points))
             })
             .collect();

@@ -3,6 +3,8 @@
 //! | file | idea |
 //! |---|---|
 //! | [`result`] | result.json |
+//! | [`budget`] | its part about the networks that a budget chose from |
+//! | [`converged`] | its part about the error of the mesh |
 //! | [`ladder`] | groups that adapt: its part in result.json, table and plot |
 //! | [`motion`] | its part about masses, steps and motions |
 //! | [`summary`] | what a person reads after a run or a check |
@@ -10,6 +12,8 @@
 //! | [`mod@bench`] | speed against error on this machine |
 
 pub mod bench;
+pub mod budget;
+pub mod converged;
 pub mod ladder;
 pub mod motion;
 pub mod reproduce;

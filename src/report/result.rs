@@ -11,9 +11,12 @@ use crate::calibration::errors::Errors;
 use crate::clock;
 use crate::memory;
 use crate::reference::Path;
+use crate::report::budget::{self, Budget};
+use crate::report::converged::{self, Converged};
 use crate::report::ladder;
 use crate::report::motion::Dynamics;
 use crate::scene::Scene;
+use crate::study::near_mechanism::Weakness;
 use crate::study::plan::Sizes;
 use crate::study::{Study, fit};
 
@@ -28,6 +31,10 @@ pub struct Document<'a> {
     sizes: Sizes,
     reference: Reference,
     calibration: Calibration<'a>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    converged: Option<Converged<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    budget: Option<Budget<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     dynamics: Option<Dynamics>,
     warnings: &'a [String],
@@ -65,6 +72,7 @@ struct Calibration<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     outside_pattern: Option<f64>,
     global_strain: GlobalStrain,
+    weakness: &'a Weakness,
     stop: &'static str,
     groups: Vec<Group<'a>>,
     fitted: Vec<Case<'a>>,
@@ -158,6 +166,8 @@ impl<'a> Document<'a> {
             sizes: Sizes::of(&study.body, &study.lattice, found.grouping.groups.len()),
             reference: reference(study),
             calibration: calibration(study),
+            converged: converged::document(study),
+            budget: study.budget.as_ref().map(budget::document),
             dynamics: dynamics(study),
             warnings: &study.warnings,
             seconds: study.seconds.iter().copied().collect(),
@@ -219,6 +229,7 @@ fn calibration(study: &Study) -> Calibration<'_> {
         objective_error: objective_error(best),
         outside_pattern: found.outside_pattern,
         global_strain: GlobalStrain { reference: found.global_strain[0], springs: found.global_strain[1] },
+        weakness: &found.weakness,
         stop: best.outcome.stop.name(),
         groups: groups.collect(),
         fitted: cases(true),

@@ -4,8 +4,9 @@ use std::fmt::Write;
 
 use crate::calibration::errors::Errors;
 use crate::memory;
-use crate::report::{ladder, motion};
+use crate::report::{budget, converged, ladder, motion};
 use crate::study::Study;
+use crate::study::near_mechanism::Weakness;
 use crate::study::plan::{Plan, Sizes};
 
 /// Fraction of an upper bound from which a stiffness is at it: the last bits of a fit are rounding.
@@ -78,7 +79,19 @@ pub fn run(study: &Study) -> String {
     if let Some(words) = objective(study) {
         line(words);
     }
+    if let Weakness::Found(weakest) = &found.weakness {
+        let ratio = weakest.compliance_ratio;
+        line(format!(
+            "under the smooth load that the network resists least: {ratio:.2} times the work of the continuum"
+        ));
+    }
     line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
+    if let Some(outcome) = &study.budget {
+        line(format!("\n{}", budget::table(&outcome.front, Some(outcome.chosen))));
+    }
+    if let Some(table) = converged::summary(study) {
+        line(table);
+    }
     if let Some(dynamics) = &study.dynamics {
         line(motion::summary(dynamics).trim_end().to_owned());
     }

@@ -1,10 +1,11 @@
-//! The body: `[geometry]`, `[material]` and `[support]`.
+//! The body: `[geometry]` and `[material]`.
 
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::geometry::meshes::{self, MeshRequest, MeshShape};
 use crate::geometry::shapes::{self, Shape};
 
 use super::choices::names;
@@ -13,7 +14,7 @@ use super::choices::names;
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Geometry {
-    /// Name of a shape (`springfit list shapes`).
+    /// Name of a shape (`springfit list shapes`): a patch with control points, or a mesh with cells.
     #[schemars(extend("enum" = names("geometry.shape")))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<String>,
@@ -27,6 +28,12 @@ pub struct Geometry {
     /// the same body.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub control_points: Option<Vec<usize>>,
+    /// Numbers of cells of a mesh, as many as its shape has counts (`springfit list shapes`); default: those of the shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cells: Option<Vec<usize>>,
+    /// Moves the nodes of a mesh from their regular places at random; for `kuhn_box`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distortion: Option<Distortion>,
     /// Polynomial degree along each grid direction, 1 to 9; default: that of the shape. Not for finite elements.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub degree: Option<Vec<usize>>,
@@ -39,6 +46,38 @@ impl Geometry {
     pub fn known_shape(&self) -> Option<&'static Shape> {
         self.shape.as_deref().and_then(shapes::find)
     }
+
+    /// The entry of the table of meshed bodies, if one is given and known.
+    pub fn known_mesh(&self) -> Option<&'static MeshShape> {
+        self.shape.as_deref().and_then(meshes::find)
+    }
+
+    /// What the scene asks of a meshed body, with the defaults of the shape where it says nothing; its cells not cut.
+    pub fn mesh_request(&self, shape: &MeshShape) -> MeshRequest {
+        let usual = shape.default_request();
+        MeshRequest {
+            cells: self.cells.clone().unwrap_or(usual.cells),
+            size: self.size.clone().unwrap_or(usual.size),
+            simplices: usual.simplices,
+            distortion: self.distortion.as_ref().map(|distortion| (distortion.alpha, distortion.seed)),
+        }
+    }
+}
+
+/// Nodes moved from their regular places, each along every axis by a random share of a cell's width; those on the boundary stay
+/// in it, and no cell is inverted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Distortion {
+    /// Largest share of a cell's width that a node is moved by, 0 to 1.
+    pub alpha: f64,
+    /// Seed of the random numbers; default 1.
+    #[serde(default = "first_seed")]
+    pub seed: u64,
+}
+
+fn first_seed() -> u64 {
+    1
 }
 
 /// `[material]`: isotropic linear elasticity.
@@ -52,27 +91,6 @@ pub struct Material {
     /// Mass density in kg/m^3, above 0; needed by `[dynamics]` only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
-}
-
-/// `[support]`: the held control points are all that a face, a number or the box names.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct Support {
-    /// Faces of the control grid: "x-" has the first index of the first direction, "x+" the last; y and z likewise.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub faces: Vec<String>,
-    /// Numbers of control points, from 0 in C order of the control grid (last index fastest).
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub nodes: Vec<usize>,
-    /// Named sets of nodes in the file of a mesh, such as Gmsh's physical groups.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub sets: Vec<String>,
-    /// All control points inside an axis-parallel box.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub r#box: Option<BoxRegion>,
-    /// Components that are held; default: all that the body has.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub components: Option<Vec<Axis>>,
 }
 
 /// An axis-parallel box, its faces included.

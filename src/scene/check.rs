@@ -3,24 +3,24 @@
 //! Every failure is an [`Error::Input`] at its key. What depends on the built body comes later, in [`check_body`] and
 //! in the rooms below. Upper limits are there so that a slip of the keyboard costs a message, not the memory.
 
+mod budget;
 mod calibration;
+mod converged;
+mod geometry;
 mod reference;
 mod springs;
+mod support;
 
 pub use reference::check_method;
 
 use crate::error::{Error, Result};
-use crate::geometry::knots::MAX_DEGREE;
 
 use reference::{check_reference, named_method};
 
 use super::check_load;
-use super::choices::{FACES, known, names};
 use super::dynamics;
-use super::{BoxRegion, Geometry, Plane, Scene, Solver};
+use super::{BoxRegion, Plane, Scene, Solver};
 
-/// Most control points of a grid.
-const MOST_CONTROL_POINTS: usize = 100_000_000;
 /// Smallest and largest tolerance of the iterative solver: below is rounding, above the error would show it.
 const TOLERANCES: [f64; 2] = [1e-14, 1e-6];
 
@@ -29,20 +29,23 @@ const TOLERANCES: [f64; 2] = [1e-14, 1e-6];
 /// # Errors
 /// [`Error::Input`] at the key of the first value that cannot be used.
 pub fn check(scene: &Scene) -> Result<Vec<String>> {
-    check_geometry(&scene.geometry)?;
+    geometry::check(&scene.geometry)?;
     check_material(scene)?;
-    check_support(scene)?;
+    support::check(&scene.support)?;
     check_load::check(&scene.load)?;
     check_reference(scene)?;
+    converged::check(scene)?;
     springs::check(&scene.springs)?;
     springs::check_adaptive(scene)?;
     calibration::check(&scene.calibration)?;
     check_solver(&scene.solver)?;
+    budget::check(scene)?;
     if let Some(dynamics) = &scene.dynamics {
         dynamics::check(scene, dynamics)?;
     }
-    if let Some(shape) = scene.geometry.known_shape() {
-        check_dimension(scene, shape.dimension)?;
+    let patch = scene.geometry.known_shape().map(|shape| shape.dimension);
+    if let Some(dimension) = patch.or(scene.geometry.known_mesh().map(|shape| shape.dimension)) {
+        check_dimension(scene, dimension)?;
     }
     Ok(warnings(scene))
 }
@@ -62,8 +65,10 @@ pub fn check_body(scene: &Scene, dimension: usize, control_points: usize) -> Res
             format!("the body has {control_points}, numbered from 0 to {}", control_points.saturating_sub(1)),
         )),
     };
-    for (i, &node) in scene.support.nodes.iter().enumerate() {
-        there(format!("support.nodes[{i}]"), node)?;
+    for (key, support) in scene.support.keyed() {
+        for (i, &node) in support.nodes.iter().enumerate() {
+            there(format!("{key}.nodes[{i}]"), node)?;
+        }
     }
     for (i, load) in scene.load.iter().enumerate() {
         if let Some(point) = &load.point {
@@ -74,51 +79,6 @@ pub fn check_body(scene: &Scene, dimension: usize, control_points: usize) -> Res
         set.nodes.iter().enumerate().try_for_each(|(j, &node)| there(format!("springs.sets[{i}].nodes[{j}]"), node))?;
     }
     Ok(())
-}
-
-fn check_geometry(geometry: &Geometry) -> Result<()> {
-    match (&geometry.shape, &geometry.file) {
-        (Some(shape), None) => known("geometry.shape", shape, &names("geometry.shape"))?,
-        (None, Some(_)) => only_with_shape(geometry)?,
-        (Some(_), Some(_)) => {
-            return Err(Error::input("geometry.file", "both shape and file are given", "keep one of the two"));
-        }
-        (None, None) => {
-            let help = format!("add geometry.shape ({}) or geometry.file", names("geometry.shape").join(", "));
-            return Err(Error::input("geometry.shape", "no body is given", help));
-        }
-    }
-    for (i, &size) in geometry.size.iter().flatten().enumerate() {
-        positive(&format!("geometry.size[{i}]"), size)?;
-    }
-    for (i, &degree) in geometry.degree.iter().flatten().enumerate() {
-        within(&format!("geometry.degree[{i}]"), degree, 1, MAX_DEGREE)?;
-    }
-    for (i, &count) in geometry.control_points.iter().flatten().enumerate() {
-        within(&format!("geometry.control_points[{i}]"), count, 2, MOST_CONTROL_POINTS)?;
-    }
-    let product = geometry.control_points.iter().flatten().fold(1_usize, |product, &n| product.saturating_mul(n));
-    if product > MOST_CONTROL_POINTS {
-        let message = format!("{:?} are {product} control points", geometry.control_points.as_deref().unwrap_or(&[]));
-        return Err(Error::input("geometry.control_points", message, format!("at most {MOST_CONTROL_POINTS}")));
-    }
-    Ok(())
-}
-
-fn only_with_shape(geometry: &Geometry) -> Result<()> {
-    let given = [
-        ("size", geometry.size.is_some()),
-        ("control_points", geometry.control_points.is_some()),
-        ("degree", geometry.degree.is_some()),
-    ];
-    match given.into_iter().find(|&(_, given)| given) {
-        Some((key, _)) => Err(Error::input(
-            format!("geometry.{key}"),
-            "a body from a file has its own",
-            format!("remove {key}; it goes with geometry.shape"),
-        )),
-        None => Ok(()),
-    }
 }
 
 fn check_material(scene: &Scene) -> Result<()> {
@@ -132,22 +92,6 @@ fn check_material(scene: &Scene) -> Result<()> {
     }
     let help = "above -1 and below 0.5; 0.5 itself only in plane stress";
     Err(Error::input("material.poisson", format!("{} is out of range", material.poisson), help))
-}
-
-fn check_support(scene: &Scene) -> Result<()> {
-    let support = &scene.support;
-    if support.faces.is_empty() && support.nodes.is_empty() && support.sets.is_empty() && support.r#box.is_none() {
-        let help = "add support.faces such as [\"z-\"], support.nodes or support.box: a free body has no answer";
-        return Err(Error::input("support", "nothing is held", help));
-    }
-    if support.components.as_ref().is_some_and(Vec::is_empty) {
-        let help = "leave it out to hold all components, or name some of x, y, z";
-        return Err(Error::input("support.components", "no component is held", help));
-    }
-    for (i, face) in support.faces.iter().enumerate() {
-        known(&format!("support.faces[{i}]"), face, &FACES)?;
-    }
-    support.r#box.as_ref().map_or(Ok(()), |region| check_box("support.box", region))
 }
 
 pub(super) fn check_box(key: &str, BoxRegion { min, max }: &BoxRegion) -> Result<()> {
@@ -175,21 +119,12 @@ fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
     length("geometry.size", geometry.size.as_ref().map(Vec::len), dimension)?;
     length("geometry.control_points", geometry.control_points.as_ref().map(Vec::len), dimension)?;
     length("geometry.degree", geometry.degree.as_ref().map(Vec::len), dimension)?;
-    let region = scene.support.r#box.as_ref();
-    length("support.box.min", region.map(|region| region.min.len()), dimension)?;
-    length("support.box.max", region.map(|region| region.max.len()), dimension)?;
+    let finest = scene.budget.as_ref().and_then(|budget| budget.finest.as_ref());
+    length("budget.finest", finest.map(Vec::len), dimension)?;
+    support::check_dimension(&scene.support, dimension)?;
     check_load::check_dimension(&scene.load, dimension)?;
     let gravity = scene.dynamics.as_ref().and_then(|dynamics| dynamics.gravity.as_ref());
     length("dynamics.gravity", gravity.map(Vec::len), dimension)?;
-    for (i, face) in scene.support.faces.iter().enumerate() {
-        known(&format!("support.faces[{i}]"), face, &FACES[..2 * dimension])?;
-    }
-    for (i, axis) in scene.support.components.iter().flatten().enumerate() {
-        if axis.index() >= dimension {
-            let key = format!("support.components[{i}]");
-            return Err(Error::input(key, "the body has no component z", "a body in 2D has x and y"));
-        }
-    }
     calibration::check_dimension(&scene.calibration, dimension)?;
     springs::check_dimension(&scene.springs, dimension)?;
     if let Some(method) = named_method(scene) {

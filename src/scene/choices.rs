@@ -2,12 +2,15 @@
 //!
 //! A table lists only what is built. A choice gets here with the code behind it.
 
+use std::sync::LazyLock;
+
 use crate::calibration::{objectives, optimiser};
 use crate::dynamics::integrator::INTEGRATORS;
 use crate::error::{Error, Result};
 use crate::reference::methods;
 use crate::springs::{formulas, grouping, profiles, topology};
 
+use crate::geometry::meshes::MESH_SHAPES;
 use crate::geometry::shapes;
 
 /// A name that a scene may use, and what it means.
@@ -43,8 +46,19 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "integrators", key: "dynamics.integrator", choices: integrator_choices },
 ];
 
+/// Patches and meshes, each with the keys of `[geometry]` that it takes.
 fn shape_choices() -> Vec<Choice> {
-    shapes::SHAPES.iter().map(|shape| Choice { name: shape.name, doc: shape.doc }).collect()
+    static LINES: LazyLock<Vec<(&str, String)>> = LazyLock::new(|| {
+        let patches = shapes::SHAPES.iter();
+        let patches = patches.map(|shape| (shape.name, format!("{} (size, control_points, degree)", shape.doc)));
+        let meshes = MESH_SHAPES.iter().map(|shape| {
+            let distortion = if shape.distorts() { ", distortion" } else { "" };
+            let keys = format!("size, cells = [{}]{distortion}", shape.counts.join(", "));
+            (shape.name, format!("{} ({keys})", shape.doc))
+        });
+        patches.chain(meshes).collect()
+    });
+    LINES.iter().map(|(name, doc)| Choice { name, doc }).collect()
 }
 
 fn method_choices() -> Vec<Choice> {

@@ -103,9 +103,9 @@ fn key_of(error: &Error, text: &str, entries: &[Entry]) -> Option<String> {
     match error {
         Error::Input { key, .. } => Some(key.clone()),
         Error::File { path, .. } => {
-            let entry = given("geometry.file")?;
-            let name = text[entry.value.clone()].trim_matches(['"', '\'']);
-            path.ends_with(name).then(|| entry.key.clone())
+            let named = |entry: &&Entry| path.ends_with(text[entry.value.clone()].trim_matches(['"', '\'']));
+            let entry = ["geometry.file", "springs.edge_file"].into_iter().filter_map(given).find(named)?;
+            Some(entry.key.clone())
         }
         Error::FoldedElement { .. } => Some("geometry".into()),
         Error::Mechanism { what, .. } => {

@@ -14,10 +14,12 @@
 //! in by [`resolve`].
 
 mod body;
+mod budget;
 mod calibration;
 mod check;
 mod check_load;
 mod choices;
+mod converged;
 mod dynamics;
 mod entries;
 mod load;
@@ -29,15 +31,18 @@ mod resolve;
 mod solver;
 mod springs;
 mod states;
+mod support;
 mod template;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use body::{Axis, BoxRegion, Geometry, Material, Support};
+pub use body::{Axis, BoxRegion, Distortion, Geometry, Material};
+pub use budget::Budget;
 pub use calibration::{Annealing, Calibration, Gamma, GammaSweep, GaussNewton};
 pub use check::{check, check_body, check_method};
 pub use choices::{Choice, KINDS, Kind};
+pub use converged::Converged;
 pub use dynamics::{Dynamics, Initial, Masses, Model, Step};
 pub use load::{Bending, Load, PatchForce, Place, PointForce, RandomSmooth, Torsion, Traction};
 pub use located::{Located, Source};
@@ -47,6 +52,7 @@ pub use resolve::resolve;
 pub use solver::Solver;
 pub use springs::{SpringSet, Springs};
 pub use states::{Acceleration, MatrixDistance, Snapshot};
+pub use support::{Support, Supports};
 pub use template::template;
 
 /// Everything a run needs to know; the top level of a scene file.
@@ -61,15 +67,18 @@ pub struct Scene {
     pub geometry: Geometry,
     /// The isotropic linear elastic material.
     pub material: Material,
-    /// The control points that are held.
+    /// The control points that are held; several `[[support]]` tables where they are held in different components.
     #[serde(default)]
-    pub support: Support,
+    pub support: Supports,
     /// The load cases, one `[[load]]` table each.
     #[serde(default)]
     pub load: Vec<Load>,
     /// The continuum model that the springs are compared with.
     #[serde(default)]
     pub reference: Reference,
+    /// A finer solution that tells the error of the springs from that of the mesh; absent: none is computed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub converged: Option<Converged>,
     /// The spring network.
     #[serde(default)]
     pub springs: Springs,
@@ -79,12 +88,26 @@ pub struct Scene {
     /// How the springs are solved.
     #[serde(default)]
     pub solver: Solver,
+    /// How wrong and how slow the network may be; absent: the network is built as the other tables say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub budget: Option<Budget>,
     /// Masses, damping and motion; absent: none of them is computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dynamics: Option<Dynamics>,
 }
 
+/// Regularisation of the grouping "each" unless the scene says otherwise, percent.
+const REGULARISATION_OF_EACH: f64 = 1.0;
+
 impl Scene {
+    /// The strength of the prior that draws groups together, percent; 0 for none.
+    pub fn regularisation(&self) -> f64 {
+        let searched =
+            self.calibration.objective == "displacement" && self.calibration.optimiser() != Some("surrogate");
+        let usual = if self.springs.grouping == "each" && searched { REGULARISATION_OF_EACH } else { 0.0 };
+        self.calibration.regularisation.unwrap_or(usual)
+    }
+
     /// Name of a load case: its own, or `load N` counted from 1.
     pub fn load_name(&self, index: usize) -> String {
         self.load[index].name.clone().unwrap_or_else(|| format!("load {}", index + 1))

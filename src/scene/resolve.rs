@@ -5,7 +5,7 @@ use crate::reference::methods::Method;
 use super::{Axis, Plane, Scene};
 
 /// Fills in what depends on the body, of `dimension` 2 or 3, and its method: extents, control points and degree of a shape
-/// (no degree under finite elements), the held components, in 2D plane and thickness, the optimiser, and the settings of the
+/// (no degree under finite elements), cells of a mesh, the held components, in 2D plane and thickness, the optimiser, and the settings of the
 /// objective.
 ///
 /// A body from a file keeps its own extents, control points and degree; they stay absent.
@@ -19,8 +19,14 @@ pub fn resolve(scene: &Scene, dimension: usize, method: &Method) -> Scene {
             geometry.degree.get_or_insert_with(|| shape.default_degree.to_vec());
         }
     }
+    if let Some(shape) = geometry.known_mesh() {
+        geometry.size.get_or_insert_with(|| shape.default_size[..dimension].to_vec());
+        geometry.cells.get_or_insert_with(|| shape.default_cells.to_vec());
+    }
     resolved.reference.method.get_or_insert_with(|| method.name.to_owned());
-    resolved.support.components.get_or_insert_with(|| Axis::ALL[..dimension].to_vec());
+    for support in resolved.support.tables_mut() {
+        support.components.get_or_insert_with(|| Axis::ALL[..dimension].to_vec());
+    }
     if dimension == 2 {
         resolved.reference.plane.get_or_insert(Plane::Stress);
         resolved.reference.thickness.get_or_insert(1.0);

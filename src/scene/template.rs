@@ -7,11 +7,15 @@ use serde_json::Value as Json;
 use toml_edit::{DocumentMut, Item, Table};
 
 use crate::error::Result;
-use crate::geometry::shapes::{self, Shape};
-use crate::reference::methods::METHODS;
+use crate::geometry::meshes;
+use crate::geometry::shapes;
+use crate::reference::methods::{METHODS, default_for};
 
 use super::choices::{known, names};
 use super::{Calibration, Geometry, Load, Material, Reference, Scene, Solver, Springs, Support, resolve, schema};
+
+/// Force on every free node of a mesh, N: gravity-like, so that every body bends.
+const MESH_FORCE: [f64; 3] = [0.0, -10.0, -10.0];
 
 /// The commented scene of a shape, as text.
 ///
@@ -19,33 +23,40 @@ use super::{Calibration, Geometry, Load, Material, Reference, Scene, Solver, Spr
 /// [`crate::error::Error::Input`] when there is no shape of this name.
 pub fn template(name: &str) -> Result<String> {
     known("NAME", name, &names("geometry.shape"))?;
-    let Some(shape) = shapes::find(name) else { return Ok(String::new()) };
-    let scene = resolved(shape);
+    let Some((doc, scene)) = resolved(name)? else { return Ok(String::new()) };
     let text = toml::to_string(&scene).unwrap_or_default();
     let mut document: DocumentMut = text.parse().unwrap_or_default();
     let schema = schema();
     comment_table(document.as_table_mut(), &schema, &schema);
-    Ok(format!("# {name}: {}.\n# A line \"# key: ...\" names a key that may be added.\n\n{document}", shape.doc))
+    Ok(format!("# {name}: {doc}.\n# A line \"# key: ...\" names a key that may be added.\n\n{document}"))
 }
 
-/// The example of a shape, every default written out.
-fn resolved(shape: &Shape) -> Scene {
-    resolve(&example(shape), shape.dimension, &METHODS[0])
+/// What a shape is, and its example with every default written out; none when there is no such shape.
+fn resolved(name: &str) -> Result<Option<(&'static str, Scene)>> {
+    if let Some(shape) = shapes::find(name) {
+        let scene = example(name, shape.fixed_face, &shape.default_force[..shape.dimension]);
+        return Ok(Some((shape.doc, resolve(&scene, shape.dimension, &METHODS[0]))));
+    }
+    let Some(shape) = meshes::find(name) else { return Ok(None) };
+    let scene = example(name, shape.fixed_face, &MESH_FORCE[..shape.dimension]);
+    let method = default_for(&shape.mesh(&shape.default_request())?);
+    Ok(Some((shape.doc, resolve(&scene, shape.dimension, method))))
 }
 
 /// A scene of the shape with its usual support and load, and the material of the method, section 8.
-fn example(shape: &Shape) -> Scene {
-    let force = shape.default_force[..shape.dimension].to_vec();
+fn example(name: &str, fixed_face: &str, force: &[f64]) -> Scene {
     Scene {
-        name: shape.name.into(),
-        geometry: Geometry { shape: Some(shape.name.into()), ..Geometry::default() },
+        name: name.into(),
+        geometry: Geometry { shape: Some(name.into()), ..Geometry::default() },
         material: Material { young: 15e3, poisson: 1.0 / 3.0, density: Some(1143.0) },
-        support: Support { faces: vec![shape.fixed_face.into()], ..Support::default() },
-        load: vec![Load::force_per_node(force)],
+        support: Support { faces: vec![fixed_face.into()], ..Support::default() }.into(),
+        load: vec![Load::force_per_node(force.to_vec())],
         reference: Reference::default(),
+        converged: None,
         springs: Springs::default(),
         calibration: Calibration::default(),
         solver: Solver::default(),
+        budget: None,
         dynamics: None,
     }
 }
@@ -125,13 +136,14 @@ mod tests {
 
     #[test]
     fn every_template_parses_to_its_example() {
-        for shape in shapes::SHAPES {
-            let text = template(shape.name).unwrap();
-            let source = Source { name: "new".into(), text };
+        for name in names("geometry.shape") {
+            let source = Source { name: "new".into(), text: template(name).unwrap() };
             let scene = parse(&source).unwrap();
             check(&scene).unwrap();
-            assert_eq!(scene, resolved(shape), "{}", source.text);
-            assert!(source.text.contains("# dynamics: "), "{}", source.text);
+            assert_eq!(Some(scene), resolved(name).unwrap().map(|(_, scene)| scene), "{}", source.text);
+            for comment in ["# dynamics: ", "\n# distortion: ", "\n# The held control points", "\n[support]"] {
+                assert!(source.text.contains(comment), "{comment} {}", source.text);
+            }
         }
         assert!(template("cub").unwrap_err().help().unwrap().contains("did you mean \"cube\""));
     }

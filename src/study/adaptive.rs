@@ -10,12 +10,13 @@ use crate::calibration::errors;
 use crate::calibration::optimiser::{Outcome, TracePoint};
 use crate::calibration::sweep::Search;
 use crate::clock::{Progress, Stopwatch};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::dofs::FIXED;
 use crate::springs::grouping::{self, Group, Grouping, Request};
 use crate::springs::network::Network;
 
 use super::body::Body;
+use super::checkpoint::Checkpoint;
 use super::continuum::Continuum;
 use super::fit::{self, Calibration, Given, Row};
 use super::linear_fit;
@@ -34,16 +35,16 @@ const BESIDE: usize = 160;
 ///
 /// # Errors
 /// As [`climb`]; [`crate::error::Error::Input`] for more groups than memory holds.
-pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
+pub fn calibrate(given: Given, progress: &Progress, checkpoint: &Checkpoint) -> Result<Calibration> {
     let clock = Stopwatch::start();
-    given.check_memory(given.scene.springs.groups + BESIDE)?;
+    check_memory(&given)?;
     progress.enter("calibration", given.scene.springs.groups as u64);
     let network = &given.lattice.network;
     let ladder = climb_scene(&given, progress)?;
     let grouping = grouping_of(&ladder.parts, network);
     let mut problem = given.problem(&linear_fit::goal(&given)?, &grouping, 0)?;
     problem.search = Search::Known(ladder.phi.clone());
-    let confirmed = given.solve(std::slice::from_ref(&problem), progress)?;
+    let confirmed = given.solve(std::slice::from_ref(&problem), progress, checkpoint)?;
     let errors = errors::over_cases(&given.fitted_errors(&confirmed[0].displacement));
     let error = ladder.rungs[ladder.taken].error;
     let row = Row {
@@ -57,6 +58,19 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
     };
     let found = given.finish(vec![row], 0, grouping, &problem, None)?;
     Ok(Calibration { ladder: ladder.rungs, ..found })
+}
+
+/// Refuses columns that would not fit: those of the groups and those of the splits, four copies at a time.
+fn check_memory(given: &Given) -> Result<()> {
+    let groups = given.scene.springs.groups.min(given.lattice.network.springs.len());
+    let fitted = given.loads.iter().filter(|case| case.fit).count();
+    let bytes = 8.0 * 4.0 * (groups + BESIDE) as f64 * (given.body.dofs.len() * fitted) as f64;
+    if bytes <= fit::LARGEST_JACOBIAN {
+        return Ok(());
+    }
+    let message =
+        format!("{groups} groups on {} degrees of freedom need {:.1} GB", given.body.dofs.len(), 1e-9 * bytes);
+    Err(Error::input("springs.groups", message, "use fewer groups or fewer control points"))
 }
 
 /// The ladder of a scene.

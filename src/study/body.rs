@@ -4,9 +4,10 @@
 use crate::error::{Error, Result};
 use crate::geometry::dofs::{DofMap, tie_coincident};
 use crate::geometry::grid::Grid;
-use crate::geometry::selection;
+use crate::geometry::patch::Patch;
+use crate::geometry::{refine, selection};
 use crate::reference::material::{Lame, Material, Plane};
-use crate::reference::methods::Method;
+use crate::reference::methods::{Method, PatchPoints};
 use crate::reference::points::IntegrationPoints;
 use crate::reference::{stiffness, supports};
 use crate::scene::{self, Scene};
@@ -66,6 +67,10 @@ pub fn build(scene: &Scene) -> Result<Body> {
     let extra_points = resolved.reference.extra_gauss_points;
     warnings.extend(material.locking_warning(dimension, plane));
     let mut body = Body { resolved, continuum, method, dofs, lame, thickness, extra_points, warnings };
+    if scene.converged.is_some() {
+        // asked now, for it is needed at the end only
+        body.patch()?;
+    }
     if scene.geometry.file.is_some() {
         // our own shapes are as we made them (the torus is left-handed by its grid order): nothing to tell about those
         let remarks = body.integration_points()?.warnings().to_vec();
@@ -81,32 +86,41 @@ fn dofs(scene: &Scene, continuum: &Continuum) -> Result<DofMap> {
         true => tie_coincident(points, SEAM * extent(points)),
         false => (0..points.len() as u32).collect(),
     };
-    let mut held: Vec<u32> = scene.support.nodes.iter().map(|&node| node as u32).collect();
-    for face in &scene.support.faces {
-        held.extend(continuum.face_nodes(face, "support.faces")?);
-    }
-    for (i, set) in scene.support.sets.iter().enumerate() {
-        held.extend(continuum.set_nodes(set, &format!("support.sets[{i}]"))?);
-    }
-    if let Some(region) = &scene.support.r#box {
-        held.extend(box_nodes(region, points));
-    }
-    if held.is_empty() {
-        let help = "name a face (x-, x+, y-, ...), a node, a set, or a box that contains some";
-        return Err(Error::input("support", "holds no node", help));
-    }
-    let mut components = [false; 3];
-    match &scene.support.components {
-        Some(axes) => axes.iter().for_each(|axis| components[axis.index()] = true),
-        None => components[..dimension].fill(true),
-    }
     let mut fixed = vec![[false; 3]; points.len()];
-    held.iter().for_each(|&node| fixed[node as usize] = components);
+    for (key, support) in scene.support.keyed() {
+        let mut components = [false; 3];
+        match &support.components {
+            Some(axes) => axes.iter().for_each(|axis| components[axis.index()] = true),
+            None => components[..dimension].fill(true),
+        }
+        for node in held(support, &key, continuum)? {
+            fixed[node as usize].iter_mut().zip(components).for_each(|(fixed, held)| *fixed |= held);
+        }
+    }
     let dofs = DofMap::new(dimension, master, &fixed);
     if dofs.is_empty() {
         return Err(Error::input("support", "holds every node", "leave at least one free"));
     }
     Ok(dofs)
+}
+
+/// The nodes that one table of the supports names; `key` is its key.
+fn held(support: &scene::Support, key: &str, continuum: &Continuum) -> Result<Vec<u32>> {
+    let mut held: Vec<u32> = support.nodes.iter().map(|&node| node as u32).collect();
+    for face in &support.faces {
+        held.extend(continuum.face_nodes(face, &format!("{key}.faces"))?);
+    }
+    for (i, set) in support.sets.iter().enumerate() {
+        held.extend(continuum.set_nodes(set, &format!("{key}.sets[{i}]"))?);
+    }
+    if let Some(region) = &support.r#box {
+        held.extend(box_nodes(region, continuum.positions()));
+    }
+    if held.is_empty() {
+        let help = "name a face (x-, x+, y-, ...), a node, a set, or a box that contains some";
+        return Err(Error::input(key, "holds no node", help));
+    }
+    Ok(held)
 }
 
 /// The nodes inside a box of the scene, ascending.
@@ -125,6 +139,36 @@ fn extent(points: &[[f64; 3]]) -> f64 {
 }
 
 impl Body {
+    /// The patch that the body is.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when it is a mesh.
+    pub fn patch(&self) -> Result<&Patch> {
+        self.splines().map(|(patch, _)| patch)
+    }
+
+    fn splines(&self) -> Result<(&Patch, PatchPoints)> {
+        match &self.continuum {
+            Continuum::Splines { patch, points } => Ok((patch, *points)),
+            Continuum::Elements { .. } => {
+                let message = format!("\"{}\" works on a mesh, which is not refined", self.method.name);
+                Err(Error::input("converged", message, "use \"iga\" on a patch, or remove the table"))
+            }
+        }
+    }
+
+    /// The same body, held alike, with every degree raised by `elevations` and every knot span halved `halvings` times.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when it is a mesh, or the degree or the number of control points becomes too large.
+    pub fn refined(&self, elevations: usize, halvings: usize) -> Result<Self> {
+        let (patch, points) = self.splines()?;
+        let continuum = Continuum::Splines { patch: refine::refined(patch, elevations, halvings)?, points };
+        let dofs = dofs(&self.resolved, &continuum)?;
+        let (resolved, warnings) = (self.resolved.clone(), Vec::new());
+        Ok(Self { resolved, continuum, dofs, warnings, ..*self })
+    }
+
     /// Places of the nodes, m.
     pub fn positions(&self) -> &[[f64; 3]] {
         self.continuum.positions()

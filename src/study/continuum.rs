@@ -1,7 +1,8 @@
 //! What the body of a scene is made of: the patch of a shape or a file, or a mesh with the method of its elements.
 //!
-//! A shape under a method for meshes becomes a grid of nodes on the body, cut into the cells of the method
-//! ([`mod@crate::geometry::grid_mesh`]); `geometry.control_points` says how many nodes there are.
+//! A patch under a method for meshes becomes a grid of nodes on the body, cut into the cells of the method
+//! ([`mod@crate::geometry::grid_mesh`]); `geometry.control_points` says how many nodes there are. A meshed shape
+//! ([`crate::geometry::meshes`]) has its own cells, which a method for triangles or tetrahedra cuts; its sides are named sets.
 
 use std::path::Path;
 
@@ -9,8 +10,9 @@ use crate::error::{Error, Result};
 use crate::export;
 use crate::geometry::grid::Grid;
 use crate::geometry::grid_mesh::mesh_of_grid;
-use crate::geometry::mesh::Mesh;
+use crate::geometry::mesh::{CellKind, Mesh};
 use crate::geometry::mesh_files::{self, MESH_FORMATS, MeshFile};
+use crate::geometry::meshes::MeshShape;
 use crate::geometry::patch::Patch;
 use crate::geometry::shapes::{self, Shape, ShapeRequest};
 use crate::geometry::{file, selection};
@@ -35,7 +37,7 @@ pub enum Continuum {
         mesh: Mesh,
         /// The grid that its nodes lie on, if there is one.
         grid: Option<Grid>,
-        /// Named sets of nodes, from the file of the mesh.
+        /// Named sets of nodes: those of the file of the mesh, or the sides of a meshed shape.
         sets: Vec<(String, Vec<u32>)>,
         /// How the method fills its integration points.
         points: MeshPoints,
@@ -67,11 +69,22 @@ impl Continuum {
         }
     }
 
-    /// The nodes of a face of the grid, ascending; `key` is the scene key that asks.
+    /// The named sets of nodes.
+    fn sets(&self) -> &[(String, Vec<u32>)] {
+        match self {
+            Self::Splines { .. } => &[],
+            Self::Elements { sets, .. } => sets,
+        }
+    }
+
+    /// The nodes of a face, ascending: the set of this name, else a face of the grid; `key` is the scene key that asks.
     ///
     /// # Errors
     /// [`Error::Input`] at `key` for a face that is not there.
     pub fn face_nodes(&self, face: &str, key: &str) -> Result<Vec<u32>> {
+        if let Some((_, nodes)) = self.sets().iter().find(|(set, _)| set == face) {
+            return Ok(nodes.clone());
+        }
         let grid = self.grid().ok_or_else(|| {
             let help = "name a set of nodes of the file, or give a box";
             Error::input(key, format!("a mesh from a file has no face \"{face}\""), help)
@@ -84,17 +97,15 @@ impl Continuum {
     /// # Errors
     /// [`Error::Input`] at `key` with the sets that there are.
     pub fn set_nodes(&self, name: &str, key: &str) -> Result<Vec<u32>> {
-        let sets: &[(String, Vec<u32>)] = match self {
-            Self::Splines { .. } => &[],
-            Self::Elements { sets, .. } => sets,
-        };
+        let sets = self.sets();
         if let Some((_, nodes)) = sets.iter().find(|(set, _)| set == name) {
             return Ok(nodes.clone());
         }
         let names: Vec<&str> = sets.iter().map(|(set, _)| set.as_str()).collect();
         let help = match names.is_empty() {
-            true => "the body has no named sets; they come from the file of a mesh".to_owned(),
-            false => format!("the sets of the file are {}", names.join(", ")),
+            true => "the body has no named sets; they come from the file of a mesh, or from a shape that is a mesh"
+                .to_owned(),
+            false => format!("the sets of the body are {}", names.join(", ")),
         };
         Err(Error::input(key, format!("there is no set \"{name}\""), help))
     }
@@ -141,10 +152,11 @@ pub struct Built {
 pub fn build(scene: &Scene) -> Result<Built> {
     let named = scene.reference.method.as_deref().map(known_method).transpose()?;
     let or_default = |named: Option<&'static Method>| named.map_or_else(|| known_method(DEFAULT_METHOD), Ok);
-    let (continuum, method) = match &scene.geometry.file {
-        Some(path) if mesh_files::reads(path) => return mesh_file(path, named),
-        Some(path) => patch_file(path, or_default(named)?)?,
-        None => shape(scene, or_default(named)?)?,
+    let (continuum, method) = match (&scene.geometry.file, scene.geometry.known_mesh()) {
+        (Some(path), _) if mesh_files::reads(path) => return mesh_file(path, named),
+        (Some(path), _) => patch_file(path, or_default(named)?)?,
+        (None, Some(meshed)) => mesh_shape(scene, meshed, named)?,
+        (None, None) => shape(scene, or_default(named)?)?,
     };
     Ok(Built { continuum, method, warnings: Vec::new() })
 }
@@ -158,14 +170,36 @@ fn known_method(name: &str) -> Result<&'static Method> {
 /// A mesh with the method that is named, or the one that takes its cells.
 fn mesh_file(path: &Path, named: Option<&'static Method>) -> Result<Built> {
     let MeshFile { mesh, sets, warnings } = mesh_files::read(path)?;
-    let method = named.unwrap_or_else(|| methods::default_for(&mesh));
+    let (method, points) = method_for(&mesh, named, "the file holds a mesh")?;
+    Ok(Built { continuum: Continuum::Elements { mesh, grid: None, sets, points }, method, warnings })
+}
+
+/// The method that is named, or the one that takes the cells of a mesh; `because` says why a method for patches is wrong.
+fn method_for(mesh: &Mesh, named: Option<&'static Method>, because: &str) -> Result<(&'static Method, MeshPoints)> {
+    let method = named.unwrap_or_else(|| methods::default_for(mesh));
     let MethodBody::Mesh { points, .. } = method.body else {
-        let message = format!("\"{}\" works on patches, and the file holds a mesh", method.name);
-        let help = format!("leave it out, or use \"{}\"", methods::default_for(&mesh).name);
+        let message = format!("\"{}\" works on patches, and {because}", method.name);
+        let help = format!("leave it out, or use \"{}\"", methods::default_for(mesh).name);
         return Err(Error::input("reference.method", message, help));
     };
-    method.check(&mesh)?;
-    Ok(Built { continuum: Continuum::Elements { mesh, grid: None, sets, points }, method, warnings })
+    method.check(mesh)?;
+    Ok((method, points))
+}
+
+/// A meshed shape, cut into simplices for a method that takes no other cells.
+fn mesh_shape(
+    scene: &Scene,
+    shape: &MeshShape,
+    named: Option<&'static Method>,
+) -> Result<(Continuum, &'static Method)> {
+    named.map_or(Ok(()), |method| scene::check_method(method, shape.dimension))?;
+    let mut request = scene.geometry.mesh_request(shape);
+    let cell = named.and_then(Method::cell);
+    request.simplices = cell.is_some_and(|cell| matches!(cell, CellKind::Triangle | CellKind::Tetrahedron));
+    let mesh = shape.mesh(&request)?;
+    let (method, points) = method_for(&mesh, named, &format!("the shape \"{}\" is a mesh", shape.name))?;
+    let (sets, grid) = (shape.sides(&mesh, &request.size), shape.grid(&request.cells));
+    Ok((Continuum::Elements { mesh, grid, sets, points }, method))
 }
 
 fn patch_file(path: &Path, method: &'static Method) -> Result<(Continuum, &'static Method)> {

@@ -11,11 +11,15 @@ use crate::calibration::errors::{self, Errors};
 use crate::calibration::objective::Counts;
 use crate::calibration::objectives::displacement::weights;
 use crate::calibration::optimiser::{self, Optimiser, Outcome, Settings};
+use crate::calibration::optimisers::many;
+use crate::calibration::pieces::Kept;
+use crate::calibration::prior::Prior;
 use crate::calibration::sweep::{self, Shared, Solved, SweepProblem};
 use crate::clock::Progress;
 use crate::error::{Error, Result};
 use crate::reference::Reference;
 use crate::scene::Scene;
+use crate::sparse::cholesky::Factor;
 use crate::springs::affine::AffineStiffness;
 use crate::springs::grouping::{self, Grouping, Request};
 use crate::springs::solver::{GridSprings, SpringOperator, SpringSolver};
@@ -23,13 +27,15 @@ use crate::springs::{bounds, weighting};
 
 use super::adaptive;
 use super::body::Body;
+use super::checkpoint::{self, Checkpoint};
 use super::linear_fit::{self, Goal};
 use super::loads::LoadCase;
+use super::near_mechanism::{self, Weakness};
 use super::network::{self, Lattice};
 use super::spring_sets;
 
 /// Bytes that the Jacobians of Gauss-Newton may take.
-const LARGEST_JACOBIAN: f64 = 8e9;
+pub(super) const LARGEST_JACOBIAN: f64 = 8e9;
 
 /// What a calibration found.
 pub struct Calibration {
@@ -55,6 +61,8 @@ pub struct Calibration {
     pub outside_pattern: Option<f64>,
     /// Global strain (4.17) of the continuum and of the network under the first fitted load, percent.
     pub global_strain: [f64; 2],
+    /// The motion that the network resists least.
+    pub weakness: Weakness,
     /// Work of the whole sweep.
     pub counts: Counts,
     /// The networks on the way, where the groups adapt; otherwise empty.
@@ -62,6 +70,25 @@ pub struct Calibration {
 }
 
 impl Calibration {
+    /// Keeps only some springs, and the groups that still have some.
+    ///
+    /// # Panics
+    /// When there is not one word for every spring.
+    pub fn retain(&mut self, kept: &[bool]) {
+        network::retain(&mut self.stiffness, kept);
+        network::retain(&mut self.grouping.group_of, kept);
+        let mut counts = vec![0; self.grouping.groups.len()];
+        self.grouping.group_of.iter().for_each(|&group| counts[group as usize] += 1);
+        let filled: Vec<bool> = counts.iter().map(|&count| count > 0).collect();
+        let before = |group: usize| filled[..group].iter().filter(|filled| **filled).count() as u32;
+        let numbers: Vec<u32> = (0..filled.len()).map(before).collect();
+        self.grouping.group_of.iter_mut().for_each(|group| *group = numbers[*group as usize]);
+        self.grouping.groups.iter_mut().zip(counts).for_each(|(group, count)| group.springs = count);
+        network::retain(&mut self.grouping.groups, &filled);
+        network::retain(&mut self.phi, &filled);
+        network::retain(&mut self.upper, &filled);
+    }
+
     /// A word where the bounds, not the optimiser, decide: every group is at its upper bound.
     pub fn warning(&self) -> Option<String> {
         let at_bound = |(phi, upper): (&f64, &f64)| *phi >= (1.0 - 1e-9) * upper;
@@ -119,13 +146,14 @@ pub(super) struct Cases {
     pub weights: Vec<f64>,
 }
 
-/// Fits the network of a scene to the reference.
+/// Fits the network of a scene to the reference; what is finished goes into the checkpoint, what is in it is not done again.
 ///
 /// # Errors
-/// [`Error::Input`] for a name or gamma that is not allowed; those of the optimiser.
-pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
+/// [`Error::Input`] for a name or gamma that is not allowed; those of the optimiser; [`Error::File`] for a checkpoint of
+/// another run or one that cannot be written.
+pub fn calibrate(given: Given, progress: &Progress, checkpoint: &Checkpoint) -> Result<Calibration> {
     if given.scene.springs.grouping == adaptive::NAME {
-        return adaptive::calibrate(given, progress);
+        return adaptive::calibrate(given, progress, checkpoint);
     }
     let (gammas, groupings) = group(given.scene, given.body, given.lattice)?;
     let goal = linear_fit::goal(&given)?;
@@ -134,7 +162,7 @@ pub fn calibrate(given: Given, progress: &Progress) -> Result<Calibration> {
     given.check_memory(distinct.iter().map(|&i| groupings[i].groups.len()).max().unwrap_or(0))?;
     let problems: Vec<SweepProblem> =
         distinct.iter().map(|&i| given.problem(&goal, &groupings[i], i)).collect::<Result<_>>()?;
-    let solved = given.solve(&problems, progress)?;
+    let solved = given.solve(&problems, progress, checkpoint)?;
     let answer = |i: usize| distinct.iter().position(|&d| d == same[i]).unwrap_or(0);
     let sweep: Vec<Row> = (0..gammas.len())
         .map(|i| {
@@ -240,7 +268,9 @@ impl Given<'_> {
             }
         };
         let upper = bounds::upper_bounds(grouping, spring_bounds, factors);
-        Ok(SweepProblem { operator, upper, search: goal.search(self, grouping)?, index })
+        let strength = self.scene.regularisation();
+        let prior = (strength > 0.0).then(|| Prior::new(strength, grouping));
+        Ok(SweepProblem { operator, upper, search: goal.search(self, grouping)?, prior, index })
     }
 
     /// Refuses matrices that would not fit: a Jacobian with one column a group, four copies at a time for each of two
@@ -252,6 +282,7 @@ impl Given<'_> {
         let columns = groups as f64;
         let numbers = match self.scene.calibration.objective.as_str() {
             "displacement" if !optimiser.uses_jacobian => 0.0,
+            "displacement" if optimiser.name == "gauss_newton" && many::serves(groups) => 8.0 * unknowns,
             "displacement" => 4.0 * 2.0 * columns * unknowns * self.fitted().len() as f64,
             "formula" => 0.0,
             _ => columns * unknowns + 16.0 * columns * columns,
@@ -264,15 +295,43 @@ impl Given<'_> {
     }
 
     /// Runs the optimiser on all problems.
-    pub(super) fn solve(&self, problems: &[SweepProblem], progress: &Progress) -> Result<Vec<Solved>> {
+    pub(super) fn solve(
+        &self,
+        problems: &[SweepProblem],
+        progress: &Progress,
+        checkpoint: &Checkpoint,
+    ) -> Result<Vec<Solved>> {
         let Cases { forces, reference: targets, weights } = self.cases(true);
         let (optimiser, settings) = optimiser(self.scene)?;
         let expected = problems.iter().map(|problem| (optimiser.expected_evaluations)(&settings, problem.upper.len()));
         progress.enter("calibration", expected.sum());
         let solver = network::settings(self.scene);
-        let shared = Shared { forces: &forces, reference: &targets, weights: &weights, solver: &solver };
+        let groups: Vec<_> = problems.iter().map(|problem| (problem.index, problem.upper.len())).collect();
+        checkpoint.enter(self.digest(problems, &[&forces, &targets, &weights]), &groups)?;
+        let kept = Kept {
+            known: &|piece| {
+                let known = checkpoint.known(piece)?;
+                progress.advance(known.counts.evaluations);
+                Some(known)
+            },
+            tell: &|piece, outcome| {
+                if !checkpoint.keep(piece, outcome) {
+                    progress.cancel();
+                }
+            },
+        };
+        let shared = Shared { forces: &forces, reference: &targets, weights: &weights, solver: &solver, kept: &kept };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
-            .map_err(|error| self.loose(error))
+            .map_err(|error| checkpoint.failure().unwrap_or_else(|| self.loose(error)))
+    }
+
+    /// A digest of the numbers that the sweep begins with, and of the path of solution.
+    fn digest(&self, problems: &[SweepProblem], vectors: &[&[f64]]) -> u64 {
+        let Lattice { network, coefficients, choice, .. } = self.lattice;
+        let of_problems = problems.iter().flat_map(|problem| problem.upper.iter().copied());
+        let numbers = vectors.iter().copied().flatten().chain(coefficients).chain(network.positions.iter().flatten());
+        let bits = numbers.copied().chain(of_problems).flat_map(|number| number.to_bits().to_le_bytes());
+        checkpoint::digest(choice.path.name().bytes().chain(bits))
     }
 
     /// A network that lost its stiffness in a fit that never solved it: the node that is loose.
@@ -286,6 +345,23 @@ impl Given<'_> {
             }
             other => other,
         }
+    }
+
+    /// A network that bears the fitted loads and no others: the node that is loose.
+    fn opened(&self, error: Error, problem: &SweepProblem, phi: &[f64]) -> Error {
+        let (Error::Inaccurate { .. }, Some((stiffness, symbolic))) = (&error, problem.operator.assembled()) else {
+            return error;
+        };
+        let mut factor = Factor::new(Arc::clone(symbolic));
+        stiffness.assemble_into(phi, factor.values_mut());
+        let dof = match factor.refactor() {
+            Ok(()) => factor.weakest_pivot().0,
+            Err(Error::NotPositiveDefinite { dof }) => dof,
+            Err(other) => return other,
+        };
+        let (node, component) = self.body.dofs.owner(dof);
+        let what = "network that fits the loads with fit = true".into();
+        Error::Mechanism { what, node, direction: ['x', 'y', 'z'][component] }
     }
 
     /// Errors of the fitted cases for their displacements (cases x n).
@@ -310,7 +386,10 @@ impl Given<'_> {
         let mut solver = SpringSolver::new(&problem.operator, &settings);
         let mut displacement = vec![0.0; forces.len()];
         solver.set(&phi)?;
-        solver.solve(&forces, &mut displacement, settings.tolerance)?;
+        solver
+            .solve(&forces, &mut displacement, settings.tolerance)
+            .map_err(|error| self.opened(error, problem, &phi))?;
+        let weakness = near_mechanism::weakness(self.body, self.reference, problem, &mut solver)?;
         let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
         let pairs = self.reference.cases.iter().zip(&displacements);
         let errors = pairs.map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();
@@ -326,6 +405,7 @@ impl Given<'_> {
             stiffness: weighting::stiffness(&grouping, &self.lattice.coefficients, &phi),
             global_strain: [strain(&self.reference.cases[first].displacement), strain(&displacements[first])],
             fitted: sweep[best].errors,
+            weakness,
             outside_pattern,
             upper: problem.upper.clone(),
             sweep,

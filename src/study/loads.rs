@@ -44,7 +44,11 @@ fn at_case(error: Error, case: usize) -> Error {
     }
 }
 
-fn forces(load: &scene::Load, body: &Body) -> Result<Load> {
+/// The forces of one load, not scaled.
+///
+/// # Errors
+/// Those of [`build`], at `load`.
+pub(super) fn forces(load: &scene::Load, body: &Body) -> Result<Load> {
     let padded = |given: &[f64]| [0, 1, 2].map(|a| given.get(a).copied().unwrap_or(0.0));
     if let Some(force) = &load.force_per_node {
         return loads::per_node(&body.dofs, padded(force));

@@ -15,6 +15,7 @@ use crate::springs::{bounds, edge_list, weighting};
 
 use super::body::Body;
 use super::continuum::Continuum;
+use super::matrix_profile;
 
 /// A pivot below this fraction of its diagonal entry is zero up to rounding.
 const LOOSE: f64 = 1e-13;
@@ -47,6 +48,13 @@ pub struct Lattice {
     pub spring_bounds: Vec<f64>,
     /// What the user should know.
     pub warnings: Vec<String>,
+}
+
+/// Keeps the entries whose flag is set.
+pub(super) fn retain<T>(list: &mut Vec<T>, kept: &[bool]) {
+    assert_eq!(list.len(), kept.len(), "one word for every entry");
+    let mut flags = kept.iter();
+    list.retain(|_| *flags.next().expect("as many as entries"));
 }
 
 /// Builds the network and checks that it is none that moves without resistance.
@@ -82,7 +90,12 @@ pub fn connect(scene: &Scene, body: &Body) -> Result<Lattice> {
         Error::input("springs.topology", format!("there is no topology {name}"), "see `springfit list topologies`")
     })?;
     let network = with_edges(network_of(topology, body), scene, body)?;
-    let factors = (profile(scene)?.factor)(&network, &[]);
+    let profile = profile(scene)?;
+    let fitted = match profile.needs_matrix {
+        true => matrix_profile::factors(body, &network, scene.springs.weighting)?,
+        false => Vec::new(),
+    };
+    let factors = (profile.factor)(&network, &fitted);
     let coefficients = weighting::coefficients(&network, scene.springs.weighting, &factors);
     let measures = match &body.continuum {
         Continuum::Splines { patch, .. } => {
@@ -137,6 +150,17 @@ fn network_of(topology: &Topology, body: &Body) -> Network {
 }
 
 impl Lattice {
+    /// Keeps only some springs; the analysis stays, for its pattern contains theirs.
+    ///
+    /// # Panics
+    /// When there is not one word for every spring.
+    pub fn retain(&mut self, kept: &[bool]) {
+        retain(&mut self.network.springs, kept);
+        retain(&mut self.factors, kept);
+        retain(&mut self.coefficients, kept);
+        retain(&mut self.spring_bounds, kept);
+    }
+
     fn on_grid(mut self, reason: String) -> Self {
         self.choice = Choice { path: Path::Multigrid, reason };
         self

@@ -14,14 +14,14 @@ use crate::error::Result;
 use crate::reference::matrix_free::solve::memory_bytes;
 use crate::reference::methods::Method;
 use crate::reference::{self, stiffness};
-use crate::scene::Scene;
+use crate::scene::{self, Scene};
 use crate::sparse::cholesky::Symbolic;
 use crate::springs::members::Members;
 use crate::springs::solver::Path;
 
 use super::body::Body;
 use super::network::Lattice;
-use super::{body, fit, linear_fit, loads, motion, network};
+use super::{adaptive, body, fit, linear_fit, loads, motion, network};
 
 /// Floating-point operations a second and core that supernodal factorisations of these sizes reach on a common machine;
 /// for estimates only.
@@ -110,8 +110,15 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     let problems = distinct.len();
     let (optimiser, settings) = fit::optimiser(&scene)?;
     let threads = rayon::current_num_threads();
-    let reference = reference_cost(&body, threads)?;
-    let groups = groupings.iter().map(|g| g.groups.len()).max().unwrap_or(0);
+    let reference = match scene.converged {
+        None => reference_cost(&body, threads)?,
+        // the finer mesh comes on top, at another time
+        Some(scene::Converged { halvings, elevations }) => {
+            reference_cost(&body, threads)?.and(reference_cost(&body.refined(elevations, halvings)?, threads)?)
+        }
+    };
+    let finest = groupings.iter().map(|g| g.groups.len()).max().unwrap_or(0);
+    let groups = if scene.springs.grouping == adaptive::NAME { finest.max(scene.springs.groups) } else { finest };
     let fitted = loads.iter().filter(|case| case.fit).count();
     let springs = SpringCost::of(&body, &lattice, optimiser, &settings, fitted, &distinct);
     let memory_bytes = reference.bytes.max(springs.bytes);
@@ -142,6 +149,17 @@ struct ReferenceCost {
     bytes: usize,
     factor_entries: usize,
     seconds: f64,
+}
+
+impl ReferenceCost {
+    /// The cost of this one and, afterwards, another.
+    fn and(self, other: Self) -> Self {
+        Self {
+            bytes: self.bytes.max(other.bytes),
+            factor_entries: self.factor_entries,
+            seconds: self.seconds + other.seconds,
+        }
+    }
 }
 
 /// The cost of the path that the reference will take.
@@ -224,7 +242,11 @@ fn steps(scene: &Scene, method: &Method, fitted: usize, cases: usize, problems: 
         None => "no masses, no damping: the scene has no [dynamics]".to_owned(),
         Some(dynamics) => motion::announce(dynamics),
     };
-    vec![
+    let converged = scene
+        .converged
+        .as_ref()
+        .map(|finer| format!("converged reference: {} halving(s), {} elevation(s)", finer.halvings, finer.elevations));
+    let mut steps = vec![
         format!("reference: {} with {cases} load case(s), one factorisation", method.name),
         format!(
             "springs: topology \"{}\", grouping \"{}\", one analysis",
@@ -237,5 +259,7 @@ fn steps(scene: &Scene, method: &Method, fitted: usize, cases: usize, problems: 
             cases - fitted
         ),
         dynamics,
-    ]
+    ];
+    steps.splice(1..1, converged);
+    steps
 }

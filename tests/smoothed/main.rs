@@ -7,3 +7,4 @@ mod corotational;
 mod linear;
 mod motion;
 mod push;
+mod scenes;

@@ -7,6 +7,7 @@ use serde_json::Value;
 use springfit::calibration::objective::{Objective, Problem};
 use springfit::calibration::objectives::displacement::{Displacement, Target, weights};
 use springfit::calibration::optimiser::{Outcome, Settings, find};
+use springfit::calibration::pieces::NOTHING;
 use springfit::calibration::surrogate::certificate::Certificate;
 use springfit::calibration::surrogate::galerkin::Galerkin;
 use springfit::calibration::surrogate::walker::Walker;
@@ -109,11 +110,13 @@ impl Case {
             make: &make,
             displacement: Some(&worker),
             linear: None,
+            prior: None,
             upper: &self.upper,
             seed,
             index: 0,
             side_by_side: true,
             progress: &progress,
+            kept: &NOTHING,
         };
         (find(optimiser).expect("in the table").run)(&problem, settings).expect("a well-posed problem")
     }

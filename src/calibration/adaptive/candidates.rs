@@ -83,8 +83,7 @@ impl Model {
         let pairs = worker.phi().iter().zip(&worker.parts).enumerate();
         let free: Vec<usize> =
             pairs.filter(|(_, (phi, part))| room(**phi, part.upper) == Room::Free).map(|(a, _)| a).collect();
-        let columns: Vec<f64> =
-            free.iter().flat_map(|&a| jacobian[a * rows..(a + 1) * rows].iter().copied()).collect();
+        let columns: Vec<f64> = free.iter().flat_map(|&a| jacobian[a * rows..(a + 1) * rows].iter().copied()).collect();
         let complement = Complement::new(&columns, rows, free.len(), RIDGE)
             .ok_or(Error::Inaccurate { backward_error: f64::NAN, limit: RIDGE })?;
         let mut rest = residual.clone();

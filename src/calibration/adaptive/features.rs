@@ -31,7 +31,11 @@ pub struct Feature {
 
 /// All features; of two splits that gain the same the one with the earlier feature is taken.
 pub const FEATURES: &[Feature] = &[
-    Feature { name: "layer_1", doc: "middle along the first grid direction, in layers from its start", value: |site, s| layer(site, s, 0) },
+    Feature {
+        name: "layer_1",
+        doc: "middle along the first grid direction, in layers from its start",
+        value: |site, s| layer(site, s, 0),
+    },
     Feature { name: "layer_2", doc: "middle along the second grid direction", value: |site, s| layer(site, s, 1) },
     Feature { name: "layer_3", doc: "middle along the third grid direction", value: |site, s| layer(site, s, 2) },
     Feature { name: "depth", doc: "layers between the middle and the nearest end of the grid", value: depth },
@@ -43,8 +47,16 @@ pub const FEATURES: &[Feature] = &[
     Feature { name: "d_z", doc: "direction, third component", value: |_, s| s.direction[2] },
     Feature { name: "length", doc: "rest length, m", value: |_, s| s.length },
     Feature { name: "multiplicity", doc: "cells that contain the spring", value: |_, s| f64::from(s.cells) },
-    Feature { name: "to_boundary", doc: "distance of the middle from the nearest node of the boundary, m", value: |site, s| nearest(site, s, site.boundary) },
-    Feature { name: "to_support", doc: "distance of the middle from the nearest held node, m", value: |site, s| nearest(site, s, site.held) },
+    Feature {
+        name: "to_boundary",
+        doc: "distance of the middle from the nearest node of the boundary, m",
+        value: |site, s| nearest(site, s, site.boundary),
+    },
+    Feature {
+        name: "to_support",
+        doc: "distance of the middle from the nearest held node, m",
+        value: |site, s| nearest(site, s, site.held),
+    },
 ];
 
 fn middle(site: &Site, spring: &Spring) -> [f64; 3] {
@@ -68,13 +80,18 @@ fn depth(site: &Site, spring: &Spring) -> f64 {
 
 fn nearest(site: &Site, spring: &Spring, nodes: &[u32]) -> f64 {
     let here = middle(site, spring);
-    let square = |node: &u32| -> f64 { site.network.positions[*node as usize].iter().zip(here).map(|(x, m)| (x - m).powi(2)).sum() };
+    let square = |node: &u32| -> f64 {
+        site.network.positions[*node as usize].iter().zip(here).map(|(x, m)| (x - m).powi(2)).sum()
+    };
     nodes.iter().map(square).reduce(f64::min).unwrap_or(0.0).sqrt()
 }
 
 /// The features of all springs, one vector each in the order of [`FEATURES`].
 pub fn table(site: &Site) -> Vec<Vec<f64>> {
-    FEATURES.iter().map(|feature| site.network.springs.iter().map(|spring| (feature.value)(site, spring)).collect()).collect()
+    FEATURES
+        .iter()
+        .map(|feature| site.network.springs.iter().map(|spring| (feature.value)(site, spring)).collect())
+        .collect()
 }
 
 #[cfg(test)]
@@ -93,7 +110,10 @@ mod tests {
         let table = table(&site);
         let edge = network.springs.iter().position(|spring| spring.nodes == [1, 3]).unwrap();
         let of = |name: &str| table[FEATURES.iter().position(|feature| feature.name == name).unwrap()][edge];
-        assert_eq!(["layer_1", "layer_2", "depth", "x", "y", "d_x", "length"].map(of), [0.5, 1.0, 0.0, 1.0, 1.0, 1.0, 2.0]);
+        assert_eq!(
+            ["layer_1", "layer_2", "depth", "x", "y", "d_x", "length"].map(of),
+            [0.5, 1.0, 0.0, 1.0, 1.0, 1.0, 2.0]
+        );
         assert_eq!(["multiplicity", "to_boundary"].map(of), [1.0, 1.0]);
         assert_eq!(of("to_support"), 2.0_f64.sqrt());
     }

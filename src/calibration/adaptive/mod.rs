@@ -118,8 +118,7 @@ pub fn climb(
     let clock = Stopwatch::start();
     let mut worker = Worker::new(ground, solver, start, &progress.interrupt());
     begin(&mut worker, limits.starts, progress)?;
-    let mut ladder =
-        Ladder { rungs: vec![], taken: 0, parts: vec![], phi: vec![], stop: Stop::GroupLimit };
+    let mut ladder = Ladder { rungs: vec![], taken: 0, parts: vec![], phi: vec![], stop: Stop::GroupLimit };
     let mut splits = Vec::new();
     loop {
         ladder.add(&mut worker, splits, clock.seconds(), limits)?;
@@ -249,7 +248,8 @@ fn divide<'s>(
         worker.parts.push(above.clone());
         phi.push(phi[split.group]);
         let of_group = split.group * column.len()..(split.group + 1) * column.len();
-        let rest: Vec<f64> = jacobian[of_group.clone()].iter().zip(column).map(|(group, below)| group - below).collect();
+        let rest: Vec<f64> =
+            jacobian[of_group.clone()].iter().zip(column).map(|(group, below)| group - below).collect();
         jacobian[of_group].copy_from_slice(column);
         jacobian.extend(rest);
     }

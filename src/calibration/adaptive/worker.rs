@@ -48,8 +48,7 @@ impl Cases<'_> {
     fn error(&self, displacement: &[f64]) -> f64 {
         let n = displacement.len() / self.weights.len().max(1);
         let cases = displacement.chunks_exact(n.max(1)).zip(self.reference.chunks_exact(n.max(1)));
-        let squares =
-            cases.zip(self.weights).map(|((u, reference), w)| w * w * square_of_difference(u, reference));
+        let squares = cases.zip(self.weights).map(|((u, reference), w)| w * w * square_of_difference(u, reference));
         squares.sum::<f64>().sqrt()
     }
 }

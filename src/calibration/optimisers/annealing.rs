@@ -10,8 +10,9 @@
 //! A proposal whose K(phi) is not positive definite is rejected and counted. Chain c of problem g draws from the stream
 //! (seed, g, c): chains do not know of each other, so they run in parallel and give the same numbers in any order.
 
-use crate::calibration::objective::{Objective, Problem, each};
+use crate::calibration::objective::{Objective, Problem};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint, best};
+use crate::calibration::pieces::Stage;
 use crate::clock::Stopwatch;
 use crate::error::{Error, Result};
 use crate::rng::Stream;
@@ -46,7 +47,7 @@ pub fn chains(problem: &Problem, settings: &Settings) -> Result<Vec<Outcome>> {
         settings.evaluations / count as u64 + u64::from((chain as u64) < settings.evaluations % count as u64)
     };
     let chain = |chain| anneal(problem, settings, chain, share(chain).max(1));
-    each(problem.side_by_side, count, chain).into_iter().collect()
+    problem.pieces(Stage::Chain, count, chain).into_iter().collect()
 }
 
 /// One chain of Algorithm 3.1.

@@ -14,12 +14,14 @@
 //! nothing.
 //!
 //! Many groups leave flat valleys and local minima, so several starts spend a few factorisations each, and only the best
-//! of them is polished. On fine meshes a model of the whole network takes the place of the linear one ([`reduced`]).
+//! of them is polished. On fine meshes a model of the whole network takes the place of the linear one ([`reduced`]); with
+//! hundreds of groups products with the Jacobian take the place of the Jacobian ([`many`]).
 
-use crate::calibration::objective::{Objective, Problem, each};
+use crate::calibration::objective::{Objective, Problem};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint, best};
 use crate::calibration::optimisers::descent::{DAMPING, Descent, LARGEST_DAMPING};
-use crate::calibration::optimisers::reduced;
+use crate::calibration::optimisers::{many, reduced};
+use crate::calibration::pieces::Stage;
 use crate::clock::Stopwatch;
 use crate::error::{Error, Result};
 use crate::rng::Stream;
@@ -32,12 +34,14 @@ const START: f64 = 0.1;
 /// # Errors
 /// When no start has a positive definite K, or on interruption.
 pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
+    if let Some(worker) = many::worker(problem) {
+        return many::run(problem, settings, worker);
+    }
     if let Some(worker) = reduced::worker(problem) {
         return reduced::run(problem, settings, worker);
     }
     let starts = settings.starts_for(problem.upper.len());
-    let outcomes: Vec<Result<Outcome>> =
-        each(problem.side_by_side, starts, |s| descend(problem, settings, &start(problem, s)));
+    let outcomes = problem.pieces(Stage::Start, starts, |s| descend(problem, settings, &start(problem, s)));
     let mut found = Vec::new();
     let mut failure = None;
     for outcome in outcomes {

@@ -3,9 +3,10 @@
 //! All chains of Algorithm 3.1 run first; Gauss-Newton then starts from the best state of every chain. Annealing is
 //! good at leaving local minima and bad at the last digits; Gauss-Newton is the other way round.
 
-use crate::calibration::objective::{Problem, each};
+use crate::calibration::objective::Problem;
 use crate::calibration::optimiser::{Outcome, Settings, best};
 use crate::calibration::optimisers::{annealing, gauss_newton};
+use crate::calibration::pieces::Stage;
 use crate::error::Result;
 
 /// Runs both stages on one problem.
@@ -14,7 +15,7 @@ use crate::error::Result;
 /// As annealing and Gauss-Newton.
 pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
     let chains = annealing::chains(problem, settings)?;
-    let descended = each(problem.side_by_side, chains.len(), |c| -> Result<Outcome> {
+    let descended = problem.pieces(Stage::Descent, chains.len(), |c| {
         let next = gauss_newton::descend(problem, settings, &chains[c].phi)?;
         Ok(chains[c].clone().followed_by(next))
     });

@@ -30,6 +30,7 @@ use crate::calibration::objective::{Counts, Objective, Problem};
 use crate::calibration::objectives::displacement::{Displacement, Target};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint};
 use crate::calibration::optimisers::gauss_newton;
+use crate::calibration::pieces::NOTHING;
 use crate::calibration::surrogate::galerkin::Galerkin;
 use crate::calibration::surrogate::walker::{Trust, Walker};
 use crate::clock::{Progress, Stopwatch};
@@ -73,8 +74,11 @@ pub fn serves(unknowns: usize, cases: usize, groups: usize) -> bool {
 }
 
 /// A worker, when the problem is one for this file: the displacements of a fine mesh, or of any mesh whose workers use all
-/// threads, with not too many groups.
+/// threads, with not too many groups and no prior.
 pub fn worker<'a>(problem: &Problem<'a>) -> Option<Displacement<'a>> {
+    if problem.prior.is_some() {
+        return None;
+    }
     let worker = problem.displacement?();
     let Target { operator, weights, upper, .. } = worker.target();
     let unknowns = if problem.side_by_side { operator.unknowns() } else { usize::MAX };
@@ -279,11 +283,13 @@ impl<'s, 'a> Search<'s, 'a> {
             make: &make,
             displacement: None,
             linear: None,
+            prior: None,
             upper,
             seed,
             index,
             side_by_side: true,
             progress: &silent,
+            kept: &NOTHING,
         };
         let settings = Settings { refactorisations: DESCENT, tolerance: DESCENT_TOLERANCE, ..*self.settings };
         let Outcome { phi, error, counts, .. } = gauss_newton::descend(&model, &settings, from)?;

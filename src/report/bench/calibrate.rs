@@ -12,6 +12,7 @@ use crate::calibration::objective::Counts;
 use crate::clock::Progress;
 use crate::error::Result;
 use crate::scene::{Gamma, Scene};
+use crate::study::checkpoint::Checkpoint;
 use crate::study::fit::{self, Calibration, Given};
 use crate::study::{self, Study};
 
@@ -94,7 +95,7 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Vec<Row>> {
     for variant in VARIANTS[1..].iter().filter(possible) {
         let scene = changed(&study.scene, variant);
         let given = Given { scene: &scene, body, loads, reference, lattice };
-        rows.push(row(variant, &fit::calibrate(given, progress)?));
+        rows.push(row(variant, &fit::calibrate(given, progress, &Checkpoint::none())?));
     }
     let best = rows.iter().fold(f64::INFINITY, |best, row| best.min(row.e_rms));
     for row in &mut rows {

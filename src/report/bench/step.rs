@@ -2,11 +2,7 @@
 //!
 //! The network is that of a cube of n^3 control points (side 2 m, E = 15 kPa, 1143 kg/m^3), its bottom held, with a tenth
 //! of the largest stiffness in each length group: plain numbers, for the speed does not depend on them. It starts at rest
-//! under a uniform acceleration g and is integrated by leapfrog,
-//!
-//! ```text
-//! v_{n+1/2} = v_{n-1/2} + h (f(x_n, v_{n-1/2}) / m + g),      x_{n+1} = x_n + h v_{n+1/2}
-//! ```
+//! under a uniform acceleration g and is integrated by leapfrog ([`crate::dynamics::falling`]).
 //!
 //! Measured are the forces alone ([`crate::dynamics::forces`]) and the whole step, on one thread and on all:
 //!
@@ -21,12 +17,12 @@
 //!
 //! The largest safe step is the one of any motion ([`crate::dynamics::stability`]): however the springs turn and stretch.
 
-use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Serialize;
 use std::hint::black_box;
 
 use crate::clock::{self, Progress, Stopwatch};
+use crate::dynamics::falling::Falling;
 use crate::dynamics::forces::SpringForces;
 use crate::dynamics::springs::{Coefficients, isotropic};
 use crate::dynamics::stability;
@@ -56,9 +52,6 @@ const FINER: usize = 10;
 
 /// Seconds that one measured round takes at least: many steps, for one is too short for a clock.
 const ROUND: f64 = 0.02;
-
-/// Nodes that one task moves.
-const PIECE: usize = 2048;
 
 /// A network that can move.
 pub struct Rig {
@@ -149,66 +142,23 @@ impl Rig {
 
     /// Positions after so many steps that take so many seconds together.
     pub fn positions_after(&self, steps: usize, seconds: f64) -> Vec<[f64; 3]> {
-        let mut run = Leapfrog::new(self, seconds / steps as f64);
+        let mut run = self.falling(seconds / steps as f64);
         (0..steps).for_each(|_| run.advance());
-        run.positions
+        run.positions().to_vec()
+    }
+
+    /// The network on its way, with this step in s.
+    pub fn falling(&self, step: f64) -> Falling {
+        let mobility = |node: usize| if self.held[node] { 0.0 } else { 1.0 / self.masses[node] };
+        let forces = SpringForces::new(&self.network, &self.stiffness, self.damping.as_deref());
+        let mobility = (0..self.masses.len()).map(mobility).collect();
+        Falling::new(forces, self.network.positions.clone(), mobility, ACCELERATION, step)
     }
 }
 
 /// Nodes of the cube are held in all components or in none.
 fn is_held(dofs: &DofMap, node: usize) -> bool {
     dofs.free(node).iter().all(|&dof| dof == FIXED)
-}
-
-/// A network on its way.
-pub struct Leapfrog {
-    forces: SpringForces,
-    positions: Vec<[f64; 3]>,
-    /// v_{n-1/2}.
-    velocities: Vec<[f64; 3]>,
-    pulls: Vec<[f64; 3]>,
-    /// 1 / m of each node, zero where it is held.
-    mobility: Vec<f64>,
-    step: f64,
-}
-
-impl Leapfrog {
-    /// At rest at the time 0: v_{-1/2} is such that the first step adds half of what the others add.
-    pub fn new(rig: &Rig, step: f64) -> Self {
-        let held = |node: usize| if rig.held[node] { 0.0 } else { 1.0 };
-        let back = |node| ACCELERATION.map(|g| -0.5 * step * g * held(node));
-        let nodes = 0..rig.masses.len();
-        Self {
-            forces: SpringForces::new(&rig.network, &rig.stiffness, rig.damping.as_deref()),
-            positions: rig.network.positions.clone(),
-            velocities: nodes.clone().map(back).collect(),
-            pulls: vec![[0.0; 3]; rig.masses.len()],
-            mobility: nodes.map(|node| held(node) / rig.masses[node]).collect(),
-            step,
-        }
-    }
-
-    /// The forces at the present positions.
-    pub fn pull(&mut self) {
-        self.forces.forces(&self.positions, &self.velocities, &mut self.pulls);
-    }
-
-    /// One step.
-    pub fn advance(&mut self) {
-        self.pull();
-        let step = self.step;
-        let nodes = self.positions.par_chunks_mut(PIECE).zip(self.velocities.par_chunks_mut(PIECE));
-        let given = self.pulls.par_chunks(PIECE).zip(self.mobility.par_chunks(PIECE));
-        nodes.zip(given).for_each(|((positions, velocities), (pulls, mobility))| {
-            for (((x, v), f), mobility) in positions.iter_mut().zip(velocities).zip(pulls).zip(mobility) {
-                let free = if *mobility > 0.0 { step } else { 0.0 };
-                for axis in 0..3 {
-                    v[axis] += free * (f[axis] * mobility + ACCELERATION[axis]);
-                    x[axis] += step * v[axis];
-                }
-            }
-        });
-    }
 }
 
 /// Worker threads, and what they read from memory.
@@ -239,8 +189,8 @@ pub fn measure(rig: &Rig, workers: &Workers, repeat: usize, progress: &Progress)
     let (threads, memory_rate) = (pool.current_num_threads(), *memory_rate);
     progress.enter(&format!("{}^3 on {threads} threads", rig.size), 4);
     let step = rig.step;
-    let mut run = Leapfrog::new(rig, step);
-    let bytes = run.forces.bytes();
+    let mut run = rig.falling(step);
+    let bytes = run.bytes();
     let same_size_rate = pool.install(|| bandwidth::read_rate(bytes));
     progress.advance(1);
     progress.check()?;

@@ -22,6 +22,7 @@ use crate::reference::loads;
 use crate::report::thesis::{Experiment, TABLES};
 use crate::scene::{self, Gamma, Scene, Source};
 use crate::study::body::{self, Body};
+use crate::study::checkpoint::Checkpoint;
 use crate::study::fit::{self, Calibration, Given};
 use crate::study::loads::LoadCase;
 use crate::study::{self, adaptive, network};
@@ -185,7 +186,7 @@ impl Bench {
     fn calibrate(&self, scene: &Scene, progress: &Progress) -> Result<Calibration> {
         let lattice = network::build(scene, &self.body)?;
         let Self { body, loads, reference, .. } = self;
-        fit::calibrate(Given { scene, body, loads, reference, lattice: &lattice }, progress)
+        fit::calibrate(Given { scene, body, loads, reference, lattice: &lattice }, progress, &Checkpoint::none())
     }
 
     /// Groups that adapt: one entry for each of [`GROUPS`].
@@ -254,8 +255,24 @@ pub fn table(rows: &[Compared]) -> String {
     let mut text = format!(
         "\nFrontier: e_rms in percent with {} / {} groups that adapt, beside groups by length\n\
          {:<24} | {:>13} {:>13} {:>15} | {:>15} {:>13} {:>13} | {:>6} {:>6} {:>8} {:>8} {:>8} | {:>14} | {:>11} {:>11} | {:>11}\n",
-        GROUPS[0], GROUPS[1], "body", "fit c0", "prototype", "c0, on H", "fit F", "F, on H", "prototype", "length", "groups",
-        "fit c0", "c0 on H", "F on H", "source, groups", "fact. c0", "fact. F", "seconds"
+        GROUPS[0],
+        GROUPS[1],
+        "body",
+        "fit c0",
+        "prototype",
+        "c0, on H",
+        "fit F",
+        "F, on H",
+        "prototype",
+        "length",
+        "groups",
+        "fit c0",
+        "c0 on H",
+        "F on H",
+        "source, groups",
+        "fact. c0",
+        "fact. F",
+        "seconds"
     );
     for row in rows {
         let name = match (row.topology, row.more_loads) {

@@ -24,10 +24,12 @@ pub const NAME: &str = "smoothed";
 /// Share of a cell by which nodes are moved.
 const ALPHA: f64 = 0.45;
 
-/// Cells of the two meshes, of the mesh of quadratic tetrahedra, and of the meshes whose steps are timed.
+/// Cells of the two meshes, and of the mesh of quadratic tetrahedra.
 const MESHES: [[usize; 3]; 2] = [[10, 2, 2], [20, 4, 4]];
 const QUADRATIC: [usize; 3] = [16, 4, 4];
-const TIMED: [[usize; 3]; 2] = [[20, 4, 4], [40, 8, 8]];
+
+/// Cells of the meshes whose steps are timed.
+pub const TIMED: [[usize; 3]; 2] = [[20, 4, 4], [40, 8, 8]];
 
 /// Seeds of the distorted meshes, and of those that swing, on the first of the meshes.
 const SEEDS: [u64; 5] = [1, 2, 3, 4, 5];
@@ -87,15 +89,24 @@ pub fn run(progress: &Progress) -> Result<Comparison> {
     for way in WAYS.iter().filter(|way| way.moves) {
         swings.push(row(*way, MESHES[0], &SWINGING, beam::swing, progress)?);
     }
+    let steps = steps(&TIMED, progress)?;
+    Ok(Comparison { quadratic, statics, swings, steps })
+}
+
+/// What a step costs by stage, with every method on regular meshes of so many cells.
+///
+/// # Errors
+/// Those of the solves; an interruption.
+pub fn steps(meshes: &[[usize; 3]], progress: &Progress) -> Result<Vec<Timed>> {
     let mut steps = Vec::new();
-    for cells in TIMED {
-        for way in WAYS.iter().filter(|way| way.moves) {
-            progress.enter("cost of a step", 1);
+    for &cells in meshes {
+        for way in WAYS {
+            progress.enter(&format!("a step with {} on {}", way.name, name(cells)), 0);
             progress.check()?;
             steps.push(Timed { method: way.name, cells, cost: beam::cost(*way, &beam::mesh(cells, 0.0, 0))? });
         }
     }
-    Ok(Comparison { quadratic, statics, swings, steps })
+    Ok(steps)
 }
 
 /// What is measured of a method on a mesh.
@@ -150,18 +161,24 @@ pub fn table(found: &Comparison) -> String {
     write_rows(&mut text, &found.statics, ["tip m", "f1 Hz"], Some(found.quadratic));
     let _ = writeln!(text, "\nthe swing after letting go, implicit midpoint, {} seeds", SWINGING.len());
     write_rows(&mut text, &found.swings, ["amplitude", "return s"], None);
-    let _ = writeln!(
-        text,
-        "\none step, processor milliseconds\n{:<20}{:<9}{:>8}{:>9}{:>16}{:>10}{:>10}{:>10}{:>12}",
-        "method", "cells", "domains", "blocks", "rotation+force", "assembly", "Cholesky", "CG", "iterations"
+    text + "\n" + &step_table(&found.steps)
+}
+
+/// What a step costs, by stage, and the whole of it with the faster solve over that of plain elements (t4) on the same mesh.
+pub fn step_table(steps: &[Timed]) -> String {
+    let mut text = format!(
+        "one step, processor milliseconds\n{:<20}{:<9}{:>8}{:>9}{:>16}{:>10}{:>10}{:>10}{:>12}{:>9}\n",
+        "method", "cells", "domains", "blocks", "rotation+force", "assembly", "Cholesky", "CG", "iterations", "of t4"
     );
-    for Timed { method, cells, cost } in &found.steps {
+    for Timed { method, cells, cost } in steps {
         let times = [cost.force, cost.assembly, cost.direct, cost.iterative].map(|seconds| 1e3 * seconds);
         let [force, assembly, direct, iterative] = times;
+        let plain = steps.iter().find(|other| other.method == WAYS[0].name && other.cells == *cells);
+        let ratio = plain.map_or(String::new(), |plain| format!("{:.2}", cost.whole() / plain.cost.whole()));
         let (cells, Cost { domains, blocks, iterations, .. }) = (name(*cells), cost);
         let _ = writeln!(
             text,
-            "{method:<20}{cells:<9}{domains:>8}{blocks:>9}{force:>16.2}{assembly:>10.2}{direct:>10.2}{iterative:>10.2}{iterations:>12}"
+            "{method:<20}{cells:<9}{domains:>8}{blocks:>9}{force:>16.2}{assembly:>10.2}{direct:>10.2}{iterative:>10.2}{iterations:>12}{ratio:>9}"
         );
     }
     text

@@ -38,7 +38,8 @@ pub(super) fn check_adaptive(scene: &Scene) -> Result<()> {
     }
     let objective = &scene.calibration.objective;
     if objective != "displacement" {
-        let message = format!("\"{ADAPTIVE}\" splits groups by the error of displacements, and the objective is {objective}");
+        let message =
+            format!("\"{ADAPTIVE}\" splits groups by the error of displacements, and the objective is {objective}");
         return Err(Error::input("springs.grouping", message, "use objective = \"displacement\", or another grouping"));
     }
     if let Some(other) = scene.calibration.optimiser.as_deref().filter(|&name| name != "gauss_newton") {

@@ -210,6 +210,13 @@ pub struct Cost {
     pub iterations: usize,
 }
 
+impl Cost {
+    /// A step with the faster of the two solves, s.
+    pub fn whole(&self) -> f64 {
+        self.force + self.assembly + self.direct.min(self.iterative)
+    }
+}
+
 /// Times that a stage is run; the shortest counts.
 const RUNS: usize = 6;
 

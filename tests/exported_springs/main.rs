@@ -12,6 +12,8 @@ use nalgebra_sparse::na::{DMatrix, DVector};
 use serde::Deserialize;
 use serde_json::Value;
 
+mod formats;
+#[path = "../vtu/mod.rs"]
 mod vtu;
 
 #[derive(Deserialize)]

@@ -1,0 +1,289 @@
+//! The cheapest network that is good enough: resolution and groups walked from the coarse end.
+//!
+//! A network is a point: the error that is left on loads it was not fitted to, against the time of one explicit step. The step
+//! depends on the resolution only (and on springs that a fit leaves without stiffness, which are dropped); the error on
+//! resolution and groups. With `[budget]` the resolutions
+//!
+//! ```text
+//! n_a = 1 + round(f (N_a - 1)),     f = 1/4, 3/8, 1/2, 3/4, 1        N: the finest grid
+//! ```
+//!
+//! are walked from the coarsest that the shape has; at each the scene is calibrated, and every number of groups on the
+//! way counts. The walk ends at the first resolution that meets error and step, for a finer one steps slower; there the fewest
+//! groups that do are taken, and the scene is run once more with them. It ends as well where the step takes too long.
+//!
+//! Errors are those against the reference of the same resolution, or with `[converged]` the total against the finer mesh:
+//! then a coarse grid is not better than it is. Step times are measured, so that near a limit two runs may choose
+//! differently; with the choice made, the numbers are those of any run of that resolution. %, s.
+
+use crate::calibration::errors::{self, Errors};
+use crate::clock::{Progress, Stopwatch};
+use crate::dynamics::falling::Falling;
+use crate::dynamics::forces::SpringForces;
+use crate::error::{Error, Result};
+use crate::geometry::dofs::FIXED;
+use crate::geometry::shapes::Shape;
+use crate::scene::{self, Scene};
+
+use super::Study;
+use super::checkpoint::Checkpoint;
+
+/// Resolutions that are walked, as fractions of the spans of the finest.
+const FRACTIONS: [f64; 5] = [0.25, 0.375, 0.5, 0.75, 1.0];
+
+/// The default of the finest grid, over the spans of the shape's own.
+const FINER: usize = 2;
+
+/// Steps are measured in this many rounds of at least so many seconds; the median counts.
+const ROUNDS: usize = 7;
+const ROUND: f64 = 2e-3;
+
+/// A network that was tried.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Control points along each direction.
+    pub control_points: Vec<usize>,
+    /// Number of groups.
+    pub groups: usize,
+    /// Springs that have a stiffness.
+    pub springs: usize,
+    /// e_rms over the fitted load cases, percent.
+    pub fitted: f64,
+    /// e_rms that the budget is about, percent.
+    pub error: f64,
+    /// Seconds of one explicit step with all threads.
+    pub step_seconds: f64,
+    /// Seconds of the calibration up to here.
+    pub calibration_seconds: f64,
+}
+
+/// All networks that were tried.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Front {
+    /// The points, in the order in which they were tried.
+    pub points: Vec<Point>,
+    /// Resolutions that were left out, and why.
+    pub skipped: Vec<(Vec<usize>, String)>,
+}
+
+/// What became of a budget.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// All networks that were tried.
+    pub front: Front,
+    /// The one that was taken, among the points of the front.
+    pub chosen: usize,
+    /// Whether it meets the budget.
+    pub met: bool,
+}
+
+impl Front {
+    /// Which points no other beats in both error and step time (the fewer groups win a tie).
+    pub fn pareto(&self) -> Vec<bool> {
+        let beats = |a: &Point, b: &Point| {
+            let no_worse = a.error <= b.error && a.step_seconds <= b.step_seconds && a.groups <= b.groups;
+            no_worse && (a.error < b.error || a.step_seconds < b.step_seconds || a.groups < b.groups)
+        };
+        self.points.iter().map(|point| !self.points.iter().any(|other| beats(other, point))).collect()
+    }
+
+    /// The point to take: of those within the budget the fastest step, then the fewest groups, then the smallest error;
+    /// without one the smallest error within the step time, or the fastest step; and whether it meets the budget.
+    fn choose(&self, budget: &scene::Budget) -> Option<(usize, bool)> {
+        let limit = budget.step_time.unwrap_or(f64::INFINITY);
+        let all = || self.points.iter().enumerate();
+        let fast = || all().filter(|(_, point)| point.step_seconds <= limit);
+        let cheapest = fast().filter(|(_, point)| point.error <= budget.max_error).min_by(|(_, a), (_, b)| {
+            a.step_seconds.total_cmp(&b.step_seconds).then(a.groups.cmp(&b.groups)).then(a.error.total_cmp(&b.error))
+        });
+        let best = || fast().min_by(|(_, a), (_, b)| a.error.total_cmp(&b.error));
+        let fastest = || all().min_by(|(_, a), (_, b)| a.step_seconds.total_cmp(&b.step_seconds));
+        let chosen = cheapest.or_else(best).or_else(fastest)?;
+        Some((chosen.0, cheapest.is_some()))
+    }
+}
+
+impl Outcome {
+    /// The error of a budget that is not met.
+    pub fn check(&self, budget: &scene::Budget) -> Result<()> {
+        if self.met {
+            return Ok(());
+        }
+        let Point { control_points, groups, error, step_seconds, .. } = &self.front.points[self.chosen];
+        let limit = budget.step_time.map_or(String::new(), |seconds| format!(" (allowed {seconds:.2e} s)"));
+        let best = format!(
+            "the best of {} networks, {control_points:?} with {groups} groups, leaves {error:.3} % (allowed {} %) at \
+             {step_seconds:.2e} s a step{limit}",
+            self.front.points.len(),
+            budget.max_error
+        );
+        Err(Error::OverBudget { best })
+    }
+}
+
+/// Walks the resolutions of a scene with a budget and runs the one that is chosen.
+///
+/// # Errors
+/// Those of a run of the scene, when no resolution can be run; [`Error::Interrupted`].
+pub fn run(scene: &Scene, budget: &scene::Budget, progress: &Progress) -> Result<Study> {
+    let limit = budget.step_time.unwrap_or(f64::INFINITY);
+    let front = walk(scene, budget.finest.as_deref(), progress, |points| {
+        let slow = points.iter().any(|point| point.step_seconds > limit);
+        slow || points.iter().any(|point| point.error <= budget.max_error)
+    })?;
+    let (chosen, met) = front.choose(budget).expect("a walk has points");
+    let Point { control_points, groups, .. } = &front.points[chosen];
+    let mut scene = at(scene, control_points);
+    scene.springs.groups = *groups;
+    let mut study = super::run_one(&scene, progress, &Checkpoint::none())?;
+    study.budget = Some(Outcome { front, chosen, met });
+    Ok(study)
+}
+
+/// The networks of all resolutions, from the coarsest; `enough` ends the walk after a resolution.
+///
+/// # Errors
+/// That of the finest resolution when none can be run; [`Error::Interrupted`].
+pub fn walk(
+    scene: &Scene,
+    finest: Option<&[usize]>,
+    progress: &Progress,
+    enough: impl Fn(&[Point]) -> bool,
+) -> Result<Front> {
+    let mut front = Front::default();
+    let mut failure = None;
+    for control_points in resolutions(scene, finest)? {
+        let one = at(scene, &control_points);
+        let watch = Stopwatch::start();
+        let points = super::run_one(&one, progress, &Checkpoint::none())
+            .map(|study| points_of(&study, &control_points, watch.seconds()));
+        match points {
+            Ok(points) => {
+                let done = enough(&points);
+                front.points.extend(points);
+                if done {
+                    break;
+                }
+            }
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            Err(error) => {
+                front.skipped.push((control_points, error.to_string()));
+                failure = Some(error);
+            }
+        }
+    }
+    match failure.filter(|_| front.points.is_empty()) {
+        Some(error) => Err(error),
+        None => Ok(front),
+    }
+}
+
+/// The scene at a resolution, without budget and motion.
+fn at(scene: &Scene, control_points: &[usize]) -> Scene {
+    let mut scene = scene.clone();
+    scene.geometry.control_points = Some(control_points.to_vec());
+    scene
+}
+
+/// The grids to try, from the coarsest.
+fn resolutions(scene: &Scene, finest: Option<&[usize]>) -> Result<Vec<Vec<usize>>> {
+    let shape: &Shape = scene.geometry.known_shape().ok_or_else(|| {
+        Error::input("geometry.shape", "only a shape comes at every resolution", "see `springfit list shapes`")
+    })?;
+    let own: Vec<usize> = shape.default_control_points.iter().map(|n| FINER * (n - 1) + 1).collect();
+    let finest = finest.or(scene.geometry.control_points.as_deref()).unwrap_or(&own);
+    let scaled = |f: f64| finest.iter().map(|&n| 1 + (f * (n - 1) as f64).round().max(1.0) as usize).collect();
+    let mut all: Vec<Vec<usize>> = FRACTIONS.into_iter().map(scaled).collect();
+    all.dedup();
+    Ok(all)
+}
+
+/// The networks that a study went through.
+fn points_of(study: &Study, control_points: &[usize], seconds: f64) -> Vec<Point> {
+    let step_seconds = step_seconds(study);
+    let found = &study.calibration;
+    vec![Point {
+        control_points: control_points.to_vec(),
+        groups: found.grouping.groups.len(),
+        springs: found.stiffness.iter().filter(|k| **k > 0.0).count(),
+        fitted: found.fitted.e_rms,
+        error: error(study),
+        step_seconds,
+        calibration_seconds: seconds,
+    }]
+}
+
+/// e_rms of a study over the cases that are held out, of all cases where none is; against the finer mesh where there is one.
+fn error(study: &Study) -> f64 {
+    let held_out = study.loads.iter().any(|case| !case.fit);
+    let counts = |c: &usize| !held_out || !study.loads[*c].fit;
+    let of = |c: usize| match &study.converged {
+        Some(converged) => Errors { e_rms: converged.cases[c].total, e_max: converged.cases[c].total },
+        None => study.calibration.errors[c],
+    };
+    let cases: Vec<Errors> = (0..study.loads.len()).filter(counts).map(of).collect();
+    errors::over_cases(&cases).e_rms
+}
+
+/// Seconds of one explicit step of the network, with all threads: the median of some rounds.
+pub fn step_seconds(study: &Study) -> f64 {
+    let network = &study.lattice.network;
+    let held = |node: usize| study.body.dofs.free(node).iter().all(|&dof| dof == FIXED);
+    let mobility = (0..network.positions.len()).map(|node| if held(node) { 0.0 } else { 1.0 }).collect();
+    let forces = SpringForces::new(network, &study.calibration.stiffness, None);
+    // so short a step that nothing moves: a step costs what it costs wherever the nodes are
+    let mut run = Falling::new(forces, network.positions.clone(), mobility, [0.0; 3], f64::MIN_POSITIVE);
+    let mut times = 1;
+    let mut round = |times: usize| {
+        let watch = Stopwatch::start();
+        (0..times).for_each(|_| run.advance());
+        watch.seconds()
+    };
+    while round(times) < ROUND {
+        times *= 2;
+    }
+    let mut seconds: Vec<f64> = (0..ROUNDS).map(|_| round(times) / times as f64).collect();
+    seconds.sort_by(f64::total_cmp);
+    seconds[ROUNDS / 2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(groups: usize, error: f64, step_seconds: f64) -> Point {
+        let (control_points, springs, fitted) = (vec![3, 3], 20, 0.5 * error);
+        Point { control_points, groups, springs, fitted, error, step_seconds, calibration_seconds: 1.0 }
+    }
+
+    fn front() -> Front {
+        let points = vec![
+            point(4, 6.0, 1e-6),
+            point(8, 4.0, 1e-6),
+            point(16, 4.5, 1e-6),
+            point(4, 2.5, 3e-6),
+            point(8, 2.0, 3e-6),
+            point(4, 2.2, 9e-6),
+        ];
+        Front { points, skipped: vec![] }
+    }
+
+    #[test]
+    fn a_point_is_on_the_front_when_no_other_is_as_good_in_all_and_better_in_one() {
+        // 16 groups with 4.5 % lose to 8 with 4 %; 2.2 % at 9e-6 s with 4 groups loses to nothing with so few groups
+        assert_eq!(front().pareto(), [true, true, false, true, true, true]);
+    }
+
+    #[test]
+    fn the_cheapest_network_within_the_budget_is_taken_and_the_best_without_one() {
+        let budget = |max_error, step_time| scene::Budget { max_error, step_time, finest: None };
+        let choose = |max_error, step_time| front().choose(&budget(max_error, step_time)).unwrap();
+        assert_eq!(choose(3.0, None), (3, true));
+        assert_eq!(choose(2.1, None), (4, true));
+        assert_eq!(choose(5.0, Some(2e-6)), (1, true));
+        assert_eq!(choose(1.0, Some(5e-6)), (4, false));
+        assert_eq!(choose(3.0, Some(2e-6)), (1, false));
+        assert_eq!(choose(3.0, Some(1e-7)), (0, false));
+        assert!(Front::default().choose(&budget(1.0, None)).is_none());
+    }
+}
