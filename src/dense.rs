@@ -63,6 +63,38 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// Projects on what the columns of a matrix do not reach.
+pub struct Complement {
+    matrix: Mat<f64>,
+    factor: Llt<f64>,
+}
+
+impl Complement {
+    /// Takes columns (rows x columns, column-major). Columns that depend on each other are told apart by a ridge of
+    /// `ridge` times their squared lengths; `None` where that is not enough, or a number is not finite.
+    ///
+    /// # Panics
+    /// When the length of `matrix` is not rows times columns.
+    pub fn new(matrix: &[f64], rows: usize, columns: usize, ridge: f64) -> Option<Self> {
+        let matrix = MatRef::from_column_major_slice(matrix, rows, columns).to_owned();
+        let mut gram = product(matrix.transpose(), matrix.as_ref());
+        (0..columns).for_each(|i| gram[(i, i)] *= 1.0 + ridge);
+        let factor = Llt::new(gram.as_ref(), Side::Lower).ok()?;
+        Some(Self { matrix, factor })
+    }
+
+    /// Takes from each vector (rows each, one after the other) its nearest combination of the columns; returns the
+    /// coefficients of the combinations, one vector after the other.
+    pub fn project(&self, vectors: &mut [f64]) -> Vec<f64> {
+        let rows = self.matrix.nrows();
+        let count = vectors.len() / rows;
+        let mut vectors = MatMut::from_column_major_slice_mut(vectors, rows, count);
+        let coefficients = self.factor.solve(&product(self.matrix.transpose(), vectors.as_ref()));
+        matmul(vectors.as_mut(), Accum::Add, self.matrix.as_ref(), coefficients.as_ref(), -1.0, Par::Seq);
+        (0..count).flat_map(|j| (0..coefficients.nrows()).map(move |i| (i, j))).map(|at| coefficients[at]).collect()
+    }
+}
+
 /// The quadratic part of a linear least-squares problem, prepared for several dampings.
 pub struct LeastSquares {
     /// Rows x m.
@@ -99,8 +131,7 @@ impl LeastSquares {
         product(self.jacobian.as_ref(), d).squared_norm_l2()
     }
 
-    /// The minimiser in the box; all slices of length m, weights positive, lower <= 0 <= upper. `None` when a Newton
-    /// system is not positive definite (a Jacobian that is not finite, or no damping on columns that depend on each
+    /// The minimiser in the box; all slices of length m, weights positive, lower <= upper. `None` when a Newton system is not positive definite (a Jacobian that is not finite, or no damping on columns that depend on each
     /// other).
     ///
     /// # Panics
@@ -108,8 +139,8 @@ impl LeastSquares {
     pub fn minimise_in_box(&self, weights: &[f64], g: &[f64], lower: &[f64], upper: &[f64]) -> Option<Vec<f64>> {
         let m = self.jacobian.ncols();
         assert!([weights.len(), g.len(), lower.len(), upper.len()] == [m; 4], "one number for every column");
-        let mut d = vec![0.0; m];
-        let mut gradient = g.to_vec();
+        let mut d: Vec<f64> = lower.iter().zip(upper).map(|(low, high)| 0.0_f64.clamp(*low, *high)).collect();
+        let mut gradient = self.gradient(weights, g, &d);
         for _ in 0..PASSES {
             let free: Vec<usize> = (0..m)
                 .filter(|&i| !(d[i] <= lower[i] && gradient[i] >= 0.0 || d[i] >= upper[i] && gradient[i] <= 0.0))

@@ -6,7 +6,7 @@
 //!    may ([`limits`]);
 //! 4. the continuum reference: K_ref u_ref = f, or its equilibrium under large displacements ([`large`]);
 //! 5. groups and bounds for every gamma, the fit of each (Algorithm 5.1), and the errors under fitted and held-out loads
-//!    ([`fit`], and [`linear_fit`] for the objectives other than the displacement);
+//!    ([`fit`]; [`linear_fit`] for the objectives other than the displacement, [`adaptive`] for groups that adapt);
 //! 6. the same body on a finer mesh, if the scene asks for it: the error of the mesh beside that of the springs ([`converged`]);
 //! 7. masses, damping, safe steps and motions if the scene asks for them ([`mod@motion`]).
 //!
@@ -14,6 +14,7 @@
 //!
 //! This is the only room that knows all rooms below.
 
+pub mod adaptive;
 pub mod body;
 pub mod budget;
 pub mod checkpoint;
@@ -24,9 +25,12 @@ pub mod large;
 pub mod limits;
 pub mod linear_fit;
 pub mod loads;
+pub mod matrix_profile;
 pub mod motion;
+pub mod near_mechanism;
 pub mod network;
 pub mod plan;
+pub mod spring_sets;
 
 use std::path::{Path, PathBuf};
 
@@ -196,6 +200,7 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
     warnings.extend(reference.accuracy.and_then(|accuracy| accuracy.warning("reference")));
     warnings.extend(calibration.accuracy.and_then(|accuracy| accuracy.warning("springs")));
     warnings.extend(calibration.warning());
+    warnings.extend(calibration.weakness.warning());
     let moved = dynamics.iter().flat_map(|data| &data.motions);
     warnings.extend(moved.filter_map(|moved| moved.inverted.and_then(|inverted| inverted.warning())));
     warnings.extend(dynamics.iter().flat_map(|dynamics| dynamics.warnings.iter().cloned()));

@@ -80,6 +80,7 @@ fn recover_keeping(membrane: &Membrane, truth: [f64; 2], optimiser: &str, settin
         make: &make,
         displacement: Some(&worker),
         linear: None,
+        prior: None,
         upper: &upper,
         seed: 1,
         index: 0,
@@ -146,6 +147,37 @@ fn every_optimiser_gives_the_same_bits_for_any_number_of_threads() {
         let (one, three) = (run(1), run(3));
         assert_eq!(one.phi, three.phi, "{}", optimiser.name);
         assert_eq!(one.counts, three.counts, "{}", optimiser.name);
+    }
+}
+
+#[test]
+fn products_with_the_jacobian_and_its_adjoint_are_those_of_its_columns() {
+    let membrane = membrane(5, |[i, ..]| i == 0);
+    let n = membrane.unknowns;
+    let load = |shift: usize| (0..n).map(move |i| ((i + shift) % 7) as f64 - 3.0);
+    let forces: Vec<f64> = load(0).chain(load(3)).collect();
+    let reference: Vec<f64> = forces.iter().map(|f| 1e-3 * f).collect();
+    let target = Target {
+        operator: &membrane.operator,
+        upper: &[1e4, 1e4],
+        forces: &forces,
+        reference: &reference,
+        weights: &[2.0, 0.5],
+    };
+    let mut objective = Displacement::new(target);
+    objective.error(&[500.0, 400.0]).expect("positive definite");
+    let (mut residual, mut jacobian) = (vec![], vec![]);
+    objective.linearise(&mut residual, &mut jacobian).expect("positive definite");
+    assert_eq!(objective.residual(), residual);
+    let members = membrane.operator.members().into_owned();
+    let largest = jacobian.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+    for (a, column) in jacobian.chunks_exact(residual.len()).enumerate() {
+        let change: Vec<f64> = (0..2).map(|b| f64::from(a == b)).collect();
+        let along = objective.along(&members, &change).expect("positive definite");
+        assert!(along.iter().zip(column).all(|(x, y)| (x - y).abs() <= 1e-11 * largest), "group {a}");
+        let slope = objective.adjoint(&members, &residual).expect("positive definite")[a];
+        let direct: f64 = column.iter().zip(&residual).map(|(x, r)| x * r).sum();
+        assert!((slope - direct).abs() <= 1e-11 * direct.abs(), "group {a}: {slope}, {direct}");
     }
 }
 

@@ -30,6 +30,7 @@ const REFERENCE: &[&str] =
     &["method", "compliance", "u_max", "u_norm2", "stiffness_frobenius", "measure", "backward_error", "seconds"];
 /// Beyond the list of the interface: `global_strain` (4.17), `fitted` (each fitted load case, like `held_out`).
 const CALIBRATION: &[&str] = &[
+    "weakness",
     "objective",
     "optimiser",
     "gamma",

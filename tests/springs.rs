@@ -6,8 +6,8 @@ use springfit::geometry::grid::Grid;
 use springfit::sparse::cholesky::{Factor, Symbolic};
 use springfit::sparse::ordering;
 use springfit::springs::affine::{self, AffineStiffness};
-use springfit::springs::grouping::{self, Grouping, Request};
-use springfit::springs::network::{Kind, Network};
+use springfit::springs::grouping::{self, Grouping, NodeSet, Request};
+use springfit::springs::network::{Kind, Network, Spring};
 use springfit::springs::weighting::{self, Weighting};
 use springfit::springs::{bounds, damping, profiles, topology};
 
@@ -119,7 +119,9 @@ fn factors(profile: &str, network: &Network) -> Vec<f64> {
 }
 
 fn group(name: &str, network: &Network, gamma: f64) -> Grouping {
-    (grouping::find(name).expect("in the table").group)(network, &Request::with_gamma(gamma)).expect("a good gamma")
+    let half = NodeSet { name: "half".into(), nodes: (0..network.positions.len() as u32 / 2).collect() };
+    let request = Request { sets: &[half], ..Request::with_gamma(gamma) };
+    (grouping::find(name).expect("in the table").group)(network, &request).expect("a good gamma")
 }
 
 fn assert_near(found: f64, expected: f64, relative: f64, what: &str) {
@@ -209,6 +211,77 @@ fn every_grouping_puts_each_spring_into_one_group_that_is_not_empty() {
     assert_eq!(group("kind_and_length", &plate, 0.01).groups.len(), 5, "the rows of Table 4.2");
     assert!(group("length", &cube, 0.1) == group("length", &cube, 0.01));
     assert!(group("length", &cube, 0.1) != group("length", &cube, 0.5));
+}
+
+#[test]
+fn direction_and_multiplicity_is_the_same_on_the_mirror_image() {
+    let cube = body("cube").network();
+    let found = group("direction_and_multiplicity", &cube, 0.0);
+    // edges inside, on a face, on an edge of the cube (4, 2, 1 cells) for 3 directions; face diagonals in 2 or 1; body diagonals
+    assert_eq!(found.groups.len(), 3 * 3 + 3 * 2 + 1);
+    let number = |a: u32, b: u32| {
+        let same = |s: &Spring| s.nodes == [a, b] || s.nodes == [b, a];
+        found.group_of[cube.springs.iter().position(same).expect("the mirror image of a spring is one")]
+    };
+    let mirrored = |node: u32| 36 * (5 - node / 36) + node % 36;
+    for (spring, &group) in cube.springs.iter().zip(&found.group_of) {
+        let [a, b] = spring.nodes;
+        assert_eq!(number(mirrored(a), mirrored(b)), group);
+    }
+}
+
+#[test]
+fn clusters_are_as_many_as_asked_for_and_the_same_again() {
+    let torus = body("torus").network();
+    let rule = grouping::find("k_means").expect("in the table").group;
+    let spread = |grouping: &Grouping| -> f64 {
+        let of = |(spring, &a): (&Spring, &u32)| (spring.length.ln() - grouping.groups[a as usize].length.ln()).powi(2);
+        torus.springs.iter().zip(&grouping.group_of).map(of).sum()
+    };
+    let mut before = f64::INFINITY;
+    for groups in [1, 8, 64] {
+        let request = Request { groups, ..Request::default() };
+        let found = rule(&torus, &request).expect("clusters");
+        assert_eq!(found.groups.len(), groups);
+        assert!(found.groups.is_sorted_by(|a, b| a.length <= b.length));
+        assert_eq!(rule(&torus, &request).expect("clusters").group_of, found.group_of);
+        assert!(spread(&found) < before, "more clusters are narrower");
+        before = spread(&found);
+    }
+    // six springs of one cell, of which the diagonals have one middle: five different points
+    let square = box_body(&[2, 2], &[1.0, 1.0]).network();
+    assert_eq!(rule(&square, &Request { groups: 100, ..Request::default() }).expect("clusters").groups.len(), 5);
+}
+
+#[test]
+fn the_second_ring_has_all_primitive_offsets_and_closes_over_a_merged_seam() {
+    let second = topology::find("second_ring").expect("in the table").connect;
+    let square = box_body(&[7, 6], &[1.0, 1.0]);
+    let network = second(&square.grid, &square.points, &square.dofs);
+    let further: Vec<&Spring> = network.springs.iter().filter(|spring| spring.kind == Kind::SecondRing).collect();
+    // (1, 2), (1, -2): 6 x 4 places each; (2, 1), (2, -1): 5 x 5
+    assert_eq!(further.len(), 2 * 24 + 2 * 25);
+    assert_eq!(network.springs[..network.springs.len() - further.len()], square.network().springs);
+    let cube = body("cube");
+    let network = second(&cube.grid, &cube.points, &cube.dofs);
+    let mut offsets: Vec<[i8; 3]> = network.springs.iter().map(|spring| spring.offset).collect();
+    offsets.sort_unstable();
+    offsets.dedup();
+    assert_eq!(offsets.len(), 13 + 36);
+    let factors = factors("inverse_square", &network);
+    let [all, weights] = [&factors, &weighting::coefficients(&network, Weighting::Cells, &factors)];
+    assert!(all.iter().zip(weights).all(|(p, w)| w >= p));
+    // every node of the closed ring of 8 has as many second neighbours as any other on its circle
+    let torus = torus(true);
+    let network = second(&torus.grid, &torus.points, &torus.dofs);
+    let mut degree = vec![0; torus.points.len()];
+    for spring in network.springs.iter().filter(|spring| spring.kind == Kind::SecondRing) {
+        spring.nodes.iter().for_each(|&node| degree[node as usize] += 1);
+    }
+    for place in 0..25 {
+        let around: Vec<i32> = (0..8).map(|i| degree[25 * i + place]).collect();
+        assert!(around.iter().all(|&springs| springs == around[0]), "place {place}: {around:?}");
+    }
 }
 
 #[test]

@@ -14,6 +14,7 @@ use crate::calibration::linear::Reduced;
 use crate::calibration::objectives::displacement::Displacement;
 use crate::calibration::optimiser::Outcome;
 use crate::calibration::pieces::{Kept, Piece, Stage};
+use crate::calibration::prior::Prior;
 use crate::clock::Progress;
 use crate::error::Result;
 use crate::springs::solver::Work;
@@ -103,6 +104,8 @@ pub struct Problem<'a> {
     pub displacement: Option<&'a (dyn Fn() -> Displacement<'a> + Sync)>,
     /// The whole problem, when the objective is linear in phi: it can be solved in one step.
     pub linear: Option<&'a Reduced>,
+    /// What is believed about phi beforehand; workers of `make` have it in their error.
+    pub prior: Option<&'a Prior>,
     /// Upper bounds of phi, length m; the lower ones are 0.
     pub upper: &'a [f64],
     /// Seed of the run and index of the problem in its sweep: with the chain they make the random stream.

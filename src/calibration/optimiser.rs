@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::objective::{Counts, Problem};
-use crate::calibration::optimisers::{annealing, gauss_newton, hybrid, least_squares, surrogate};
+use crate::calibration::optimisers::{annealing, gauss_newton, hybrid, least_squares, many, surrogate};
 use crate::error::Result;
 
 /// Settings of all optimisers; each reads what concerns it.
@@ -61,8 +61,8 @@ impl Settings {
 pub enum Stop {
     /// Further steps would lower the error by less than the tolerance.
     Converged,
-    /// On a fine mesh: a model that is right to first order promises less than 1e-4 of the error (or the tolerance, if
-    /// that is larger); see [`crate::calibration::optimisers::reduced`].
+    /// On a fine mesh or with many groups: a model that is right to first order promises less than 1e-4 of the error (or the
+    /// tolerance, if that is larger); see [`crate::calibration::optimisers::reduced`] and [`crate::calibration::optimisers::many`].
     NoPromise,
     /// No step along the model lowered the error.
     NoDescent,
@@ -74,6 +74,12 @@ pub enum Stop {
     Solved,
     /// Nothing was searched: a formula gave the stiffness.
     Formula,
+    /// A ladder of groups came to the most groups of the scene.
+    GroupLimit,
+    /// A ladder came to the error of the scene.
+    ErrorReached,
+    /// The held-out error did not fall for as many rungs of a ladder as the scene allows.
+    HeldOutRises,
 }
 
 impl Stop {
@@ -87,6 +93,9 @@ impl Stop {
             Self::EvaluationLimit => "evaluation_limit",
             Self::Solved => "solved",
             Self::Formula => "formula",
+            Self::GroupLimit => "group_limit",
+            Self::ErrorReached => "error_reached",
+            Self::HeldOutRises => "held_out_rises",
         }
     }
 }
@@ -192,7 +201,8 @@ pub const OPTIMISERS: &[Optimiser] = &[
         serves: Serves::All,
         uses_jacobian: true,
         expected_evaluations: |settings, groups| {
-            settings.starts_for(groups) as u64 * settings.refactorisations + settings.polish
+            let starts = if many::serves(groups) { 1 } else { settings.starts_for(groups) };
+            starts as u64 * settings.refactorisations + settings.polish
         },
     },
     Optimiser {

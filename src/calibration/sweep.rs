@@ -13,6 +13,7 @@ use crate::calibration::objectives::linear::Linear;
 use crate::calibration::optimiser::{Optimiser, Outcome, Settings};
 use crate::calibration::optimisers::gauss_newton;
 use crate::calibration::pieces::{Kept, NOTHING, Piece, Stage};
+use crate::calibration::prior::{Prior, Regularised};
 use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
 use crate::geometry::dofs::DofMap;
@@ -68,6 +69,8 @@ pub struct SweepProblem<'a> {
     pub upper: Vec<f64>,
     /// What is made small.
     pub search: Search<'a>,
+    /// What is believed about its groups beforehand.
+    pub prior: Option<Prior>,
     /// Index of the first gamma that gives it; names its random streams.
     pub index: usize,
 }
@@ -141,8 +144,10 @@ pub fn solve(
         let worker = || worker_beside(shared.reference);
         let given = |make, displacement, linear| -> Result<Outcome> {
             let (upper, index, kept) = (&problem.upper[..], problem.index, shared.kept);
+            let prior = problem.prior.as_ref();
             kept.or(Piece { problem: index, stage: Stage::Answer, number: 0 }, || {
-                let all = Problem { make, displacement, linear, upper, seed, index, side_by_side, progress, kept };
+                let all =
+                    Problem { make, displacement, linear, prior, upper, seed, index, side_by_side, progress, kept };
                 (optimiser.run)(&all, settings)
             })
         };
@@ -160,6 +165,7 @@ pub fn solve(
                         make: &make,
                         displacement,
                         linear: None,
+                        prior: None,
                         upper,
                         seed,
                         index,
@@ -179,7 +185,10 @@ pub fn solve(
                 };
                 shared.kept.or(Piece { problem: problem.index, stage: Stage::Answer, number: 0 }, turning)
             }
-            Search::Displacement => given(&|| Box::new(worker()), Some(&worker), None),
+            Search::Displacement => match &problem.prior {
+                None => given(&|| Box::new(worker()), Some(&worker), None),
+                Some(prior) => given(&|| Box::new(Regularised::new(worker(), prior)), Some(&worker), None),
+            },
             Search::Linear(reduced) => given(&|| Box::new(Linear::new(reduced, &problem.upper)), None, Some(reduced)),
             Search::Known(phi) => Ok(Outcome::known(phi.clone())),
         }?;
@@ -198,6 +207,7 @@ pub fn solve(
             }
             (other, _) => other,
         })?;
+        let error = problem.prior.as_ref().map_or(error, |prior| prior.with(error, &outcome.phi));
         let error_difference = match problem.search {
             Search::Displacement if error > 0.0 => Some((outcome.error - error).abs() / error),
             Search::Displacement => Some(outcome.error),

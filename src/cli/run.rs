@@ -11,6 +11,7 @@ use springfit::clock::Progress;
 use springfit::error::Error;
 use springfit::export::folder::Folder;
 use springfit::export::write;
+use springfit::report::ladder;
 use springfit::report::result::Document;
 use springfit::report::{budget, summary};
 use springfit::scene::{self, Input};
@@ -85,6 +86,10 @@ fn put_out(
             if let Some(outcome) = &study.budget {
                 files.push(staging.join("front.svg"));
                 write::whole(&staging.join("front.svg"), budget::svg(&outcome.front).as_bytes())?;
+            }
+            if !study.calibration.ladder.is_empty() {
+                files.push(staging.join("ladder.svg"));
+                write::whole(&staging.join("ladder.svg"), ladder::plot(&study.calibration.ladder).as_bytes())?;
             }
             files.push(staging.join("result.json"));
             write::whole(&staging.join("result.json"), document.as_bytes())?;

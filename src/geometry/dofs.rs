@@ -4,6 +4,8 @@
 //! the order of the nodes. Nodes that lie on each other may be tied (a merged seam): all nodes of a tie share the
 //! numbers of the first of them, its *master*.
 
+use super::grid::Grid;
+
 /// The value of [`DofMap::free`] for a component that cannot move.
 pub const FIXED: u32 = u32::MAX;
 
@@ -100,6 +102,20 @@ impl DofMap {
     pub fn owner(&self, dof: usize) -> (usize, usize) {
         let (node, component) = self.owner[dof];
         (node as usize, component as usize)
+    }
+
+    /// Grid directions whose last plane of nodes is tied to the first.
+    pub fn closed(&self, grid: &Grid) -> [bool; 3] {
+        [0, 1, 2].map(|a| {
+            let last = grid.extents()[a] - 1;
+            let tied = |node: usize| {
+                let mut index = grid.index(node);
+                let at_end = index[a] == last;
+                index[a] = 0;
+                !at_end || self.master(node) == self.master(grid.node(index))
+            };
+            last > 1 && (0..grid.len()).all(tied)
+        })
     }
 
     /// The free degrees of freedom in the order of their nodes in `nodes` (an elimination order of all nodes).

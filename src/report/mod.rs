@@ -5,6 +5,7 @@
 //! | [`result`] | result.json |
 //! | [`budget`] | its part about the networks that a budget chose from |
 //! | [`converged`] | its part about the error of the mesh |
+//! | [`ladder`] | groups that adapt: its part in result.json, table and plot |
 //! | [`motion`] | its part about masses, steps and motions |
 //! | [`summary`] | what a person reads after a run or a check |
 //! | [`reproduce`] | tables and experiments of the sources, theirs beside ours |
@@ -15,6 +16,7 @@ pub mod bench;
 pub mod budget;
 pub mod converged;
 pub mod hard_cases;
+pub mod ladder;
 pub mod motion;
 pub mod reproduce;
 pub mod result;

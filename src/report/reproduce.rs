@@ -5,6 +5,7 @@
 //! | `linear`, `chapter4`, `meshes`, [`release`] | chapter 4 and table 5.6 of the thesis: the objectives that are linear in the stiffness |
 //! | `displacement` | the other tables of chapter 5: displacement calibrations |
 //! | [`motion`] | experiments 4.II and 5.V: networks in motion |
+//! | [`frontier`] | errors on loads outside the fit: groups that adapt beside groups by length |
 //! | [`smoothed`] | the second source: smoothed finite elements on good and bad meshes |
 //!
 //! The thesis's figures that fix the supports are lost, and some of its values contradict each other; its tables are
@@ -12,6 +13,7 @@
 
 mod chapter4;
 mod displacement;
+pub mod frontier;
 mod linear;
 mod meshes;
 pub mod motion;
@@ -29,7 +31,7 @@ use crate::report::thesis::TABLES;
 pub fn known() -> Vec<&'static str> {
     let linear = linear::TABLES.iter().map(|(id, _)| *id);
     let displacement = TABLES.iter().map(|table| table.id);
-    linear.chain(displacement).chain(motion::known()).chain([smoothed::NAME]).collect()
+    linear.chain(displacement).chain(motion::known()).chain([smoothed::NAME, frontier::NAME]).collect()
 }
 
 /// What was reproduced.
@@ -80,6 +82,10 @@ pub fn run(ids: &[String], progress: &Progress) -> Result<Reproduced> {
         let compared = smoothed::run(progress)?;
         let text = smoothed::table(&compared);
         found.add(&[compared], &text);
+    }
+    if wanted(frontier::NAME) {
+        let rows = frontier::run(None, progress)?;
+        found.add(&rows, &frontier::table(&rows));
     }
     Ok(found)
 }

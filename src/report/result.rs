@@ -13,8 +13,10 @@ use crate::memory;
 use crate::reference::Path;
 use crate::report::budget::{self, Budget};
 use crate::report::converged::{self, Converged};
+use crate::report::ladder;
 use crate::report::motion::Dynamics;
 use crate::scene::Scene;
+use crate::study::near_mechanism::Weakness;
 use crate::study::plan::Sizes;
 use crate::study::{Study, fit};
 
@@ -108,6 +110,7 @@ struct Calibration<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     outside_pattern: Option<f64>,
     global_strain: GlobalStrain,
+    weakness: &'a Weakness,
     stop: &'static str,
     groups: Vec<Group<'a>>,
     fitted: Vec<Case<'a>>,
@@ -119,6 +122,9 @@ struct Calibration<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     accuracy: Option<Accuracy>,
     trace: Vec<(f64, u64, f64)>,
+    /// The networks on the way, where the groups adapt.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    ladder: Vec<ladder::Row<'a>>,
 }
 
 #[derive(Debug, Serialize)]
@@ -285,6 +291,7 @@ fn calibration(study: &Study) -> Calibration<'_> {
         objective_error: objective_error(best),
         outside_pattern: found.outside_pattern,
         global_strain: GlobalStrain { reference: found.global_strain[0], springs: found.global_strain[1] },
+        weakness: &found.weakness,
         stop: best.outcome.stop.name(),
         groups: groups.collect(),
         fitted: cases(true),
@@ -304,6 +311,7 @@ fn calibration(study: &Study) -> Calibration<'_> {
             forward_error: sure.forward_error,
         }),
         trace: best.outcome.trace.iter().map(|p| (p.seconds, p.refactorisations, p.error)).collect(),
+        ladder: ladder::rows(&found.ladder),
     }
 }
 

@@ -4,8 +4,9 @@ use std::fmt::Write;
 
 use crate::calibration::errors::Errors;
 use crate::memory;
-use crate::report::{budget, converged, motion};
+use crate::report::{budget, converged, ladder, motion};
 use crate::study::Study;
+use crate::study::near_mechanism::Weakness;
 use crate::study::plan::{Plan, Sizes};
 
 /// Fraction of an upper bound from which a stiffness is at it: the last bits of a fit are rounding.
@@ -52,6 +53,9 @@ pub fn run(study: &Study) -> String {
             row.groups, row.errors.e_rms, row.errors.e_max
         ));
     }
+    if !found.ladder.is_empty() {
+        line(format!("\n{}", ladder::table(&found.ladder).trim_end()));
+    }
     line(format!("\n{:<24} {:>8} {:>10} {:>14} {:>14}", "group", "springs", "length m", "stiffness", "upper bound"));
     let shown = 32;
     for ((group, phi), upper) in found.grouping.groups.iter().zip(&found.phi).zip(&found.upper).take(shown) {
@@ -80,6 +84,12 @@ pub fn run(study: &Study) -> String {
         line(format!(
             "springs: backward error {:.1e}, condition {:.0e}, displacements to {:.0e} or better",
             sure.backward_error, sure.condition, sure.forward_error
+        ));
+    }
+    if let Weakness::Found(weakest) = &found.weakness {
+        let ratio = weakest.compliance_ratio;
+        line(format!(
+            "under the smooth load that the network resists least: {ratio:.2} times the work of the continuum"
         ));
     }
     line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));

@@ -43,6 +43,10 @@ pub struct Calibration {
     /// most 32. The first is a tenth of the bounds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub starts: Option<usize>,
+    /// How strongly groups are drawn to a common value, percent, 0 or more: springs that differ from it by a factor of e
+    /// cost as much as an error of so much. Default: 1 for the grouping "each", else 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub regularisation: Option<f64>,
     /// The objective matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub matrix: Option<MatrixDistance>,
@@ -64,6 +68,7 @@ impl Default for Calibration {
             gamma: Gamma::Sweep(GammaSweep::default()),
             seed: 1,
             starts: None,
+            regularisation: None,
             matrix: None,
             acceleration: None,
             annealing: Annealing::default(),

@@ -8,23 +8,20 @@ mod calibration;
 mod converged;
 mod geometry;
 mod reference;
+mod springs;
 mod support;
 
 pub use reference::check_method;
 
 use crate::error::{Error, Result};
-use crate::springs::grouping;
 
 use reference::{check_reference, named_method};
 
 use super::check_load;
-use super::choices::{known, names};
 use super::dynamics;
 use super::limits;
-use super::{BoxRegion, Gamma, GammaSweep, Kinematics, Plane, Scene, Solver};
+use super::{BoxRegion, Kinematics, Plane, Scene, Solver};
 
-/// Most groups that a grouping may be asked for.
-const MOST_GROUPS: usize = 1_000_000;
 /// Smallest and largest tolerance of the iterative solver: below is rounding, above the error would show it.
 const TOLERANCES: [f64; 2] = [1e-14, 1e-6];
 
@@ -39,10 +36,8 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     check_load::check(&scene.load)?;
     check_reference(scene)?;
     converged::check(scene)?;
-    known("springs.topology", &scene.springs.topology, &names("springs.topology"))?;
-    known("springs.profile", &scene.springs.profile, &names("springs.profile"))?;
-    known("springs.grouping", &scene.springs.grouping, &names("springs.grouping"))?;
-    within("springs.groups", scene.springs.groups, 1, MOST_GROUPS)?;
+    springs::check(&scene.springs)?;
+    springs::check_adaptive(scene)?;
     calibration::check(&scene.calibration)?;
     check_solver(&scene.solver)?;
     limits::check(&scene.limits)?;
@@ -81,6 +76,9 @@ pub fn check_body(scene: &Scene, dimension: usize, control_points: usize) -> Res
         if let Some(point) = &load.point {
             there(format!("load[{i}].point.node"), point.node)?;
         }
+    }
+    for (i, set) in scene.springs.sets.iter().enumerate() {
+        set.nodes.iter().enumerate().try_for_each(|(j, &node)| there(format!("springs.sets[{i}].nodes[{j}]"), node))?;
     }
     Ok(())
 }
@@ -134,6 +132,7 @@ fn check_dimension(scene: &Scene, dimension: usize) -> Result<()> {
         dynamics::check_spin(dynamics, dimension)?;
     }
     calibration::check_dimension(&scene.calibration, dimension)?;
+    springs::check_dimension(&scene.springs, dimension)?;
     if let Some(method) = named_method(scene) {
         check_method(method, dimension)?;
     }
@@ -158,11 +157,7 @@ fn check_plane(scene: &Scene, dimension: usize) -> Result<()> {
 
 /// What is allowed but may not be meant.
 fn warnings(scene: &Scene) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let uses_gamma = grouping::find(&scene.springs.grouping).is_none_or(|rule| rule.uses_gamma);
-    if !uses_gamma && scene.calibration.gamma != Gamma::Sweep(GammaSweep::default()) {
-        warnings.push(format!("calibration.gamma has no effect on the grouping \"{}\"", scene.springs.grouping));
-    }
+    let mut warnings = springs::warnings(scene);
     warnings.extend(calibration::warnings(scene));
     if scene.reference.extra_gauss_points > 0 && named_method(scene).is_some_and(|method| !method.works_on_patches()) {
         warnings.push("reference.extra_gauss_points has no effect on finite elements".to_owned());

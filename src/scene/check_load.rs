@@ -117,8 +117,8 @@ fn check_size(load: &Load, key: &str) -> Result<()> {
     }
 }
 
-/// A load acts at one place.
-fn check_place(place: Place, key: &str) -> Result<()> {
+/// A load acts at one place, a set of springs lies at one.
+pub(super) fn check_place(place: Place, key: &str) -> Result<()> {
     match (place.face, place.set, place.region) {
         (Some(face), None, None) => known(&format!("{key}.face"), face, &FACES),
         (None, Some(_), None) => Ok(()),

@@ -52,7 +52,7 @@ pub use parse::{Input, LARGEST_FILE, parse, read};
 pub use reference::{Kinematics, Plane, Reference};
 pub use resolve::resolve;
 pub use solver::Solver;
-pub use springs::Springs;
+pub use springs::{SpringSet, Springs};
 pub use states::{Acceleration, MatrixDistance, Snapshot};
 pub use support::{Support, Supports};
 pub use template::template;
@@ -105,7 +105,19 @@ fn is_default(limits: &Limits) -> bool {
     *limits == Limits::default()
 }
 
+/// Regularisation of the grouping "each" unless the scene says otherwise, percent.
+const REGULARISATION_OF_EACH: f64 = 1.0;
+
 impl Scene {
+    /// The strength of the prior that draws groups together, percent; 0 for none.
+    pub fn regularisation(&self) -> f64 {
+        let searched = self.calibration.objective == "displacement"
+            && self.calibration.optimiser() != Some("surrogate")
+            && self.reference.kinematics == Kinematics::Linear;
+        let usual = if self.springs.grouping == "each" && searched { REGULARISATION_OF_EACH } else { 0.0 };
+        self.calibration.regularisation.unwrap_or(usual)
+    }
+
     /// Name of a load case: its own, or `load N` counted from 1.
     pub fn load_name(&self, index: usize) -> String {
         self.load[index].name.clone().unwrap_or_else(|| format!("load {}", index + 1))

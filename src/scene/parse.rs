@@ -26,7 +26,7 @@ pub const LARGEST_FILE: u64 = 128 << 10;
 
 /// Reads a scene file, applies `--set KEY=VALUE`, parses and checks it.
 ///
-/// A relative `geometry.file` or `load.file` is taken from the folder of the scene.
+/// A relative `geometry.file`, `load.file` or `springs.edge_file` is taken from the folder of the scene.
 ///
 /// # Errors
 /// Whatever is wrong with the file or in it, with its line; exit status 2.
@@ -41,7 +41,8 @@ pub fn read(path: &Path, sets: &[String]) -> std::result::Result<Input, Located>
     }
     if let Some(folder) = path.parent() {
         let files = scene.load.iter_mut().filter_map(|load| load.file.as_mut());
-        scene.geometry.file.iter_mut().chain(files).for_each(|file| *file = folder.join(&file));
+        let edges = scene.springs.edge_file.iter_mut();
+        scene.geometry.file.iter_mut().chain(files).chain(edges).for_each(|file| *file = folder.join(&file));
     }
     let warnings = check(&scene).map_err(|error| source.locate(error))?;
     Ok(Input { scene, source, warnings })

@@ -127,6 +127,17 @@ impl Members {
         });
     }
 
+    /// out = sum_s t_s sqrt(w_s) b_s over the members with these numbers: what the tensions t pull at the nodes, the
+    /// transpose of [`Members::elongations`]; with t the elongations of u and the members of group a it is K_a u. Length of
+    /// `tensions` [`Members::len`], of `out` [`Members::unknowns`].
+    pub fn pull(&self, members: &[u32], tensions: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        for &s in members {
+            let member = &self.members[s as usize];
+            member.add_tension(member.coefficient.sqrt() * tensions[s as usize], out);
+        }
+    }
+
     /// out = diagonal of K(phi). Length [`Members::unknowns`].
     pub fn diagonal(&self, phi: &[f64], out: &mut [f64]) {
         out.fill(0.0);
@@ -150,8 +161,12 @@ impl Member {
 
     /// out += phi w b (b . u).
     fn add_force(&self, phi: f64, u: &[f64], out: &mut [f64]) {
+        self.add_tension(phi * self.coefficient * self.elongation(u), out);
+    }
+
+    /// out += t b.
+    fn add_tension(&self, tension: f64, out: &mut [f64]) {
         let [a, b] = self.ends;
-        let tension = phi * self.coefficient * self.elongation(u);
         for c in 0..3 {
             if a[c] != FIXED {
                 out[a[c] as usize] -= tension * self.direction[c];

@@ -7,15 +7,18 @@
 //! Where the nodes lie on a grid a spring keeps its step in the grid, and its kind is that of the step: the cut of a
 //! square into two triangles is a face diagonal. On a mesh without a grid the step is zero and the kind that in the cell;
 //! of two cells that disagree (a tetrahedron beside a hexahedron) the shorter kind counts.
+//!
+//! The second ring is that of the grid where there is one. Elsewhere it joins every node to the neighbours of its
+//! neighbours, unless another node lies on the way; such a spring counts once.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::geometry::dofs::DofMap;
 use crate::geometry::grid::Grid;
 use crate::geometry::mesh::{CellKind, Mesh};
 
-use super::network::{Kind, Network, Spring, rest};
-use super::topology::{COINCIDENT, diagonal, joined};
+use super::network::{Kind, Network};
+use super::topology::{self, Link};
 
 /// Corners of a hexahedron as steps from the first.
 const HEXAHEDRON: [[i8; 3]; 8] =
@@ -31,27 +34,76 @@ pub(super) fn edges_only(mesh: &Mesh, grid: Option<&Grid>, dofs: &DofMap) -> Net
     connect(mesh, grid, dofs, |kind| kind == Kind::Edge)
 }
 
-fn connect(mesh: &Mesh, grid: Option<&Grid>, dofs: &DofMap, wanted: fn(Kind) -> bool) -> Network {
-    let positions = mesh.positions();
-    let tolerance = COINCIDENT * diagonal(positions);
-    let (mut springs, mut zero_length) = (Vec::new(), 0);
-    for ([node, neighbour], (kind, cells)) in pairs(mesh) {
-        if !wanted(kind) {
-            continue;
+/// No spring at all.
+pub(super) fn unconnected(mesh: &Mesh, grid: Option<&Grid>, dofs: &DofMap) -> Network {
+    connect(mesh, grid, dofs, |_| false)
+}
+
+/// All pairs of corners, and what is two steps away: in the grid where there is one, else the neighbours of neighbours.
+pub(super) fn two_rings(mesh: &Mesh, grid: Option<&Grid>, dofs: &DofMap) -> Network {
+    let mut all = links(mesh, grid, |_| true);
+    match grid {
+        Some(grid) => {
+            let near: BTreeSet<[usize; 2]> = all.iter().map(|link| link.nodes).collect();
+            let rings = [1, 2].map(|reach| topology::links(grid, dofs, &topology::offsets(grid.dimension(), reach)));
+            let further = rings.into_iter().flatten();
+            all.extend(
+                further.filter(|link| {
+                    !near.contains(&[link.nodes[0].min(link.nodes[1]), link.nodes[0].max(link.nodes[1])])
+                }),
+            );
         }
+        None => all.extend(beyond(mesh, &all, dofs)),
+    }
+    topology::collect(mesh.dimension(), mesh.positions(), dofs, all.into_iter())
+}
+
+fn connect(mesh: &Mesh, grid: Option<&Grid>, dofs: &DofMap, wanted: fn(Kind) -> bool) -> Network {
+    topology::collect(mesh.dimension(), mesh.positions(), dofs, links(mesh, grid, wanted).into_iter())
+}
+
+/// The links inside the cells, of the kinds that are wanted.
+fn links(mesh: &Mesh, grid: Option<&Grid>, wanted: fn(Kind) -> bool) -> Vec<Link> {
+    let inside = pairs(mesh).into_iter().filter(|(_, (kind, _))| wanted(*kind));
+    let link = |([node, neighbour], (kind, cells)): ([u32; 2], (Kind, u32))| {
         let offset = grid.map_or([0; 3], |grid| step(grid, node, neighbour));
         let kind = if offset == [0; 3] { kind } else { Kind::of(offset) };
-        let (a, b) = (dofs.master(node as usize), dofs.master(neighbour as usize));
-        if let Some((length, direction)) = rest(positions[a], positions[b], tolerance) {
-            springs.push(Spring { nodes: [a as u32, b as u32], length, direction, kind, offset, cells });
-        } else {
-            zero_length += 1;
+        Link { nodes: [node as usize, neighbour as usize], kind, offset, cells }
+    };
+    inside.map(link).collect()
+}
+
+/// Links to the neighbours of neighbours, without those on whose way a node lies.
+fn beyond(mesh: &Mesh, near: &[Link], dofs: &DofMap) -> Vec<Link> {
+    let mut around = vec![BTreeSet::new(); dofs.nodes()];
+    for [a, b] in near.iter().map(|link| link.nodes.map(|node| dofs.master(node))).filter(|[a, b]| a != b) {
+        around[a].insert(b);
+        around[b].insert(a);
+    }
+    let mut found = Vec::new();
+    for (node, near) in around.iter().enumerate() {
+        let mut reached: BTreeMap<usize, bool> = BTreeMap::new();
+        for &middle in near {
+            for &far in around[middle].iter().filter(|&&far| far > node && !near.contains(&far)) {
+                let [a, b, c] = [node, middle, far].map(|node| mesh.positions()[node]);
+                *reached.entry(far).or_insert(true) &= !on_the_way(a, b, c);
+            }
         }
+        let free = reached.into_iter().filter(|(_, free)| *free);
+        found.extend(free.map(|(far, _)| Link {
+            nodes: [node, far],
+            kind: Kind::SecondRing,
+            offset: [0; 3],
+            cells: 1,
+        }));
     }
-    if (0..positions.len()).any(|node| dofs.master(node) != node) {
-        springs = joined(springs);
-    }
-    Network { dimension: mesh.dimension(), positions: positions.to_vec(), springs, zero_length }
+    found
+}
+
+/// True when `b` lies on the line from `a` to `c`: |b - a| + |c - b| = |c - a| up to rounding.
+fn on_the_way(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> bool {
+    let between = |p: [f64; 3], q: [f64; 3]| (0..3).map(|i| (q[i] - p[i]).powi(2)).sum::<f64>().sqrt();
+    between(a, b) + between(b, c) <= between(a, c) * (1.0 + 1e-12)
 }
 
 /// Pairs of nodes with a cell in common, the smaller first, ascending: their kind and how many cells they share.
@@ -91,7 +143,6 @@ fn step(grid: &Grid, from: u32, to: u32) -> [i8; 3] {
 mod tests {
     use super::*;
     use crate::geometry::grid_mesh::mesh_of_grid;
-    use crate::springs::topology;
 
     fn sheared(grid: &Grid) -> Vec<[f64; 3]> {
         let place = |node: usize| grid.index(node).map(|i| i as f64);
@@ -131,7 +182,7 @@ mod tests {
         let dofs = DofMap::untied(3, &[[false; 3]; 8]);
         let network = edges_and_diagonals(&mesh, Some(&grid), &dofs);
         let count = |kind: Kind| network.springs.iter().filter(|spring| spring.kind == kind).count();
-        assert_eq!(Kind::ALL.map(count), [12, 6, 1]);
+        assert_eq!(Kind::ALL.map(count), [12, 6, 1, 0, 0]);
         assert_eq!(network.springs.iter().map(|spring| spring.cells).sum::<u32>(), 6 * 6);
         let alone = edges_and_diagonals(&mesh, None, &dofs);
         assert!(alone.springs.iter().all(|spring| spring.kind == Kind::Edge && spring.offset == [0; 3]));

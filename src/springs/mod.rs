@@ -1,6 +1,6 @@
 //! Floor 2: the springs. Who is joined to whom, which springs share a stiffness, and the stiffness matrix K(phi).
 //!
-//! The order of work: [`topology`] joins the nodes (control points, or those of a mesh) into a [`network::Network`]; [`grouping`] sorts its springs
+//! The order of work: [`topology`] and [`edge_list`] join the nodes (control points, or those of a mesh) into a [`network::Network`]; [`grouping`] sorts its springs
 //! into m groups; [`profiles`] and [`weighting`] say what one number phi_a of a group means for a spring, k_s = phi_a w_s; [`bounds`]
 //! limits phi; [`affine`] turns phi into the stiffness matrix, [`members`] multiplies with its parts. [`solver`] solves with it for one phi after another, by
 //! factors or by iterations with an old or rough factor, and [`prediction`] says which is cheaper. On fine grids
@@ -11,6 +11,7 @@
 pub mod affine;
 pub mod bounds;
 pub mod damping;
+pub mod edge_list;
 pub mod force;
 pub mod formulas;
 pub mod grouping;

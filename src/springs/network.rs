@@ -10,7 +10,7 @@
 //! which is the energy (3.1) of the thesis to second order. Two nodes on one place have no direction: such a spring is
 //! never made, only counted. Lengths in metres.
 
-/// How a spring lies in its cells.
+/// How a spring lies in the cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Along an edge: stretch.
@@ -19,18 +19,25 @@ pub enum Kind {
     FaceDiagonal,
     /// Through the inside of a cell: shear in three directions.
     BodyDiagonal,
+    /// To a node two steps away, through more than one cell.
+    SecondRing,
+    /// Further, or between nodes without a grid: a spring that the user named.
+    Other,
 }
 
 impl Kind {
     /// All kinds, from the shortest springs of a regular grid to the longest.
-    pub const ALL: [Self; 3] = [Self::Edge, Self::FaceDiagonal, Self::BodyDiagonal];
+    pub const ALL: [Self; 5] = [Self::Edge, Self::FaceDiagonal, Self::BodyDiagonal, Self::SecondRing, Self::Other];
 
-    /// The kind of a spring with this offset in the grid: by the number of directions it changes.
+    /// The kind of a spring with this offset in the grid: by how far it goes, and by the number of directions it changes.
     pub fn of(offset: [i8; 3]) -> Self {
-        match offset.iter().filter(|&&step| step != 0).count() {
-            0 | 1 => Self::Edge,
-            2 => Self::FaceDiagonal,
-            _ => Self::BodyDiagonal,
+        let (reach, directions) = (reach(offset), offset.iter().filter(|&&step| step != 0).count());
+        match (reach, directions) {
+            (0 | 1, 0 | 1) => Self::Edge,
+            (1, 2) => Self::FaceDiagonal,
+            (0 | 1, _) => Self::BodyDiagonal,
+            (2, _) => Self::SecondRing,
+            _ => Self::Other,
         }
     }
 
@@ -40,6 +47,8 @@ impl Kind {
             Self::Edge => "edge",
             Self::FaceDiagonal => "face_diagonal",
             Self::BodyDiagonal => "body_diagonal",
+            Self::SecondRing => "second_ring",
+            Self::Other => "other",
         }
     }
 }
@@ -55,9 +64,10 @@ pub struct Spring {
     pub direction: [f64; 3],
     /// Edge or diagonal.
     pub kind: Kind,
-    /// Step from a to b in the grid, the first step that is not zero being +1; zero where there is no grid.
+    /// Step from a to b in the grid, the first that is not zero being positive; zero where there is no grid.
     pub offset: [i8; 3],
-    /// Cells that contain it.
+    /// Cells that contain it; for a spring that goes further than a cell the boxes of cells that it crosses from corner to
+    /// corner.
     pub cells: u32,
 }
 
@@ -72,6 +82,19 @@ pub struct Network {
     pub springs: Vec<Spring>,
     /// Springs that were left out because their ends lie on one place.
     pub zero_length: usize,
+}
+
+impl Network {
+    /// Most steps of a spring along a grid direction; none where a spring has no step in a grid.
+    pub fn reach(&self) -> Option<usize> {
+        let steps = self.springs.iter().map(|spring| usize::from(reach(spring.offset)));
+        steps.map(|steps| (steps > 0).then_some(steps)).try_fold(1, |most, steps| Some(most.max(steps?)))
+    }
+}
+
+/// Most steps along a grid direction.
+fn reach(offset: [i8; 3]) -> u8 {
+    offset.iter().map(|step| step.unsigned_abs()).max().unwrap_or(0)
 }
 
 /// Length and unit direction from `a` to `b`, in metres; none when they are not further apart than `tolerance`.

@@ -56,6 +56,13 @@ pub const PROFILES: &[Profile] = &[
         needs_matrix: false,
         factor: |network, _| network.springs.iter().map(|spring| spring.length.powi(-2)).collect(),
     },
+    Profile {
+        name: "matrix_fit",
+        doc: "k follows a fit of every spring to the stiffness matrix of the continuum (3.17)",
+        unit: "1",
+        needs_matrix: true,
+        factor: |_, fitted| fitted.to_vec(),
+    },
 ];
 
 /// The profile of this name.

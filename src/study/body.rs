@@ -13,12 +13,16 @@ use crate::reference::{stiffness, supports};
 use crate::scene::{self, Scene};
 use crate::sparse::ordering::{minimum_degree, nested_dissection};
 use crate::sparse::pattern::Pattern;
+use crate::springs::network::Network;
 
 use super::continuum::{self, Built, Continuum};
 use super::large;
 
 /// Nodes nearer than this fraction of the body's extent are tied when the seam is merged.
 const SEAM: f64 = 1e-9;
+
+/// Springs of more grid steps than this are ordered without the grid.
+const LONGEST_LEAP: usize = 3;
 
 /// The body of a scene.
 pub struct Body {
@@ -218,31 +222,19 @@ impl Body {
         }
     }
 
-    /// An elimination order for springs with this pattern, likewise.
+    /// An elimination order for the springs of a network with this pattern, likewise; minimum degree too where springs
+    /// leap so far that the separators of a grid would be most of it.
     ///
     /// # Errors
     /// Those of [`minimum_degree`].
-    pub fn spring_order(&self, pattern: &Pattern) -> Result<Vec<u32>> {
-        self.dissected(1).map_or_else(|| minimum_degree(pattern), Ok)
+    pub fn spring_order(&self, network: &Network, pattern: &Pattern) -> Result<Vec<u32>> {
+        let reach = network.reach().filter(|&reach| reach <= LONGEST_LEAP);
+        reach.and_then(|reach| self.dissected(reach)).map_or_else(|| minimum_degree(pattern), Ok)
     }
 
     /// Nested dissection of the grid for couplings of up to `reach` steps; `None` without a grid.
     fn dissected(&self, reach: usize) -> Option<Vec<u32>> {
         let grid = self.grid()?;
-        Some(self.dofs.order(&nested_dissection(grid.extents(), reach, self.closed(&grid))))
-    }
-
-    /// Grid directions whose last plane of nodes is tied to the first.
-    fn closed(&self, grid: &Grid) -> [bool; 3] {
-        [0, 1, 2].map(|a| {
-            let last = grid.extents()[a] - 1;
-            let tied = |node: usize| {
-                let mut index = grid.index(node);
-                let at_end = index[a] == last;
-                index[a] = 0;
-                !at_end || self.dofs.master(node) == self.dofs.master(grid.node(index))
-            };
-            last > 1 && (0..grid.len()).all(tied)
-        })
+        Some(self.dofs.order(&nested_dissection(grid.extents(), reach, self.dofs.closed(&grid))))
     }
 }

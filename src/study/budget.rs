@@ -16,6 +16,7 @@
 //! then a coarse grid is not better than it is. Step times are measured, so that near a limit two runs may choose
 //! differently; with the choice made, the numbers are those of any run of that resolution. %, s.
 
+use crate::calibration::adaptive::Rung;
 use crate::calibration::errors::{self, Errors};
 use crate::clock::{Progress, Stopwatch};
 use crate::dynamics::falling::Falling;
@@ -45,7 +46,7 @@ pub struct Point {
     pub control_points: Vec<usize>,
     /// Number of groups.
     pub groups: usize,
-    /// Springs that have a stiffness.
+    /// Springs that have a stiffness, with the most groups that were tried at this resolution.
     pub springs: usize,
     /// e_rms over the fitted load cases, percent.
     pub fitted: f64,
@@ -127,15 +128,19 @@ impl Outcome {
 /// Those of a run of the scene, when no resolution can be run; [`Error::Interrupted`].
 pub fn run(scene: &Scene, budget: &scene::Budget, progress: &Progress) -> Result<Study> {
     let limit = budget.step_time.unwrap_or(f64::INFINITY);
-    let front = walk(scene, budget.finest.as_deref(), progress, |points| {
+    let mut front = walk(scene, budget.finest.as_deref(), progress, |points| {
         let slow = points.iter().any(|point| point.step_seconds > limit);
         slow || points.iter().any(|point| point.error <= budget.max_error)
     })?;
     let (chosen, met) = front.choose(budget).expect("a walk has points");
-    let Point { control_points, groups, .. } = &front.points[chosen];
-    let mut scene = at(scene, control_points);
-    scene.springs.groups = *groups;
+    let Point { control_points, groups, calibration_seconds, .. } = front.points[chosen].clone();
+    let mut scene = at(scene, &control_points);
+    scene.springs.groups = groups;
     let mut study = super::run_one(&scene, progress, &Checkpoint::none())?;
+    // the network that is handed over is measured itself
+    let point = last_point(&study, &control_points, calibration_seconds);
+    let met = met && point.error <= budget.max_error && point.step_seconds <= limit;
+    front.points[chosen] = point;
     study.budget = Some(Outcome { front, chosen, met });
     Ok(study)
 }
@@ -198,19 +203,38 @@ fn resolutions(scene: &Scene, finest: Option<&[usize]>) -> Result<Vec<Vec<usize>
     Ok(all)
 }
 
-/// The networks that a study went through.
+/// The networks that a study went through: the rungs of groups that adapt, or the one it ended with. The step is that of
+/// the last of them.
 fn points_of(study: &Study, control_points: &[usize], seconds: f64) -> Vec<Point> {
-    let step_seconds = step_seconds(study);
+    let last = last_point(study, control_points, seconds);
+    let rungs = match &study.converged {
+        // only the network at the end was held against the finer mesh
+        Some(_) => &[],
+        None => &study.calibration.ladder[..],
+    };
+    let point = |rung: &Rung| Point {
+        groups: rung.groups,
+        fitted: rung.error,
+        error: rung.held_out.unwrap_or(rung.error),
+        calibration_seconds: rung.seconds,
+        ..last.clone()
+    };
+    let below = rungs.iter().filter(|rung| rung.groups < last.groups).map(point);
+    below.chain([last.clone()]).collect()
+}
+
+/// The network that a study ended with.
+fn last_point(study: &Study, control_points: &[usize], calibration_seconds: f64) -> Point {
     let found = &study.calibration;
-    vec![Point {
+    Point {
         control_points: control_points.to_vec(),
         groups: found.grouping.groups.len(),
-        springs: found.stiffness.iter().filter(|k| **k > 0.0).count(),
+        springs: found.stiffness.len(),
         fitted: found.fitted.e_rms,
         error: error(study),
-        step_seconds,
-        calibration_seconds: seconds,
-    }]
+        step_seconds: step_seconds(study),
+        calibration_seconds,
+    }
 }
 
 /// e_rms of a study over the cases that are held out, of all cases where none is; against the finer mesh where there is one.

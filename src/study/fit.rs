@@ -6,31 +6,38 @@
 
 use std::sync::Arc;
 
+use crate::calibration::adaptive::Rung;
 use crate::calibration::errors::{self, Errors};
 use crate::calibration::objective::Counts;
 use crate::calibration::objectives::displacement::weights;
 use crate::calibration::optimiser::{self, Optimiser, Outcome, Settings};
+use crate::calibration::optimisers::many;
 use crate::calibration::pieces::Kept;
+use crate::calibration::prior::Prior;
 use crate::calibration::sweep::{self, Shared, Solved, SweepProblem};
 use crate::clock::{Interrupt, Progress};
 use crate::error::{Error, Result};
 use crate::reference::Reference;
 use crate::scene::Scene;
+use crate::sparse::cholesky::Factor;
 use crate::sparse::condition::Accuracy;
 use crate::springs::affine::AffineStiffness;
 use crate::springs::grouping::{self, Grouping, Request};
 use crate::springs::solver::{GridSprings, SpringOperator, SpringSolver};
 use crate::springs::{bounds, weighting};
 
+use super::adaptive;
 use super::body::Body;
 use super::checkpoint::{self, Checkpoint};
 use super::large;
 use super::linear_fit::{self, Goal};
 use super::loads::LoadCase;
+use super::near_mechanism::{self, Weakness};
 use super::network::{self, Lattice};
+use super::spring_sets;
 
 /// Bytes that the Jacobians of Gauss-Newton may take.
-const LARGEST_JACOBIAN: f64 = 8e9;
+pub(super) const LARGEST_JACOBIAN: f64 = 8e9;
 
 /// What a calibration found.
 pub struct Calibration {
@@ -58,8 +65,12 @@ pub struct Calibration {
     pub outside_pattern: Option<f64>,
     /// Global strain (4.17) of the continuum and of the network under the first fitted load, percent.
     pub global_strain: [f64; 2],
+    /// The motion that the network resists least.
+    pub weakness: Weakness,
     /// Work of the whole sweep.
     pub counts: Counts,
+    /// The networks on the way, where the groups adapt; otherwise empty.
+    pub ladder: Vec<Rung>,
 }
 
 impl Calibration {
@@ -129,12 +140,25 @@ pub struct Given<'a> {
     pub lattice: &'a Lattice,
 }
 
+/// Some load cases, one after the other.
+pub(super) struct Cases {
+    /// Forces over the free dofs (cases x n), N.
+    pub forces: Vec<f64>,
+    /// Displacements of the continuum (cases x n), m.
+    pub reference: Vec<f64>,
+    /// Weight of each case, percent per metre.
+    pub weights: Vec<f64>,
+}
+
 /// Fits the network of a scene to the reference; what is finished goes into the checkpoint, what is in it is not done again.
 ///
 /// # Errors
 /// [`Error::Input`] for a name or gamma that is not allowed; those of the optimiser; [`Error::File`] for a checkpoint of
 /// another run or one that cannot be written.
 pub fn calibrate(given: Given, progress: &Progress, checkpoint: &Checkpoint) -> Result<Calibration> {
+    if given.scene.springs.grouping == adaptive::NAME {
+        return adaptive::calibrate(given, progress, checkpoint);
+    }
     let (gammas, groupings) = group(given.scene, given.body, given.lattice)?;
     let goal = linear_fit::goal(&given)?;
     let same = sweep::first_equal(&groupings);
@@ -193,7 +217,8 @@ pub(super) fn group(scene: &Scene, body: &Body, lattice: &Lattice) -> Result<(Ve
         true => scene.calibration.gamma.values()?.into_iter().map(Some).collect(),
         false => vec![None],
     };
-    let usual = Request { groups: scene.springs.groups, ..Request::default() };
+    let sets = spring_sets::sets(scene, body)?;
+    let usual = Request { groups: scene.springs.groups, sets: &sets, ..Request::default() };
     let one = |gamma: &Option<f64>| {
         let request = Request { gamma: gamma.unwrap_or(usual.gamma), ..usual };
         (rule.group)(&lattice.network, &request)
@@ -229,8 +254,25 @@ impl Given<'_> {
         (0..self.loads.len()).filter(|&c| self.loads[c].fit).collect()
     }
 
+    /// The cases that are fitted, or those that are held out.
+    pub(super) fn cases(&self, fit: bool) -> Cases {
+        let chosen: Vec<usize> = (0..self.loads.len()).filter(|&c| self.loads[c].fit == fit).collect();
+        let largest: Vec<f64> = chosen.iter().map(|&c| self.reference.cases[c].u_max).collect();
+        let answers = chosen.iter().map(|&c| &self.reference.cases[c].displacement);
+        Cases {
+            forces: chosen.iter().flat_map(|&c| self.loads[c].load.forces.iter().copied()).collect(),
+            reference: answers.flatten().copied().collect(),
+            weights: weights(&largest, self.body.dofs.masters().count()),
+        }
+    }
+
     /// The springs and bounds of one grouping.
-    fn problem<'b>(&'b self, goal: &'b Goal, grouping: &'b Grouping, index: usize) -> Result<SweepProblem<'b>> {
+    pub(super) fn problem<'b>(
+        &'b self,
+        goal: &'b Goal,
+        grouping: &'b Grouping,
+        index: usize,
+    ) -> Result<SweepProblem<'b>> {
         let Lattice { network, symbolic, factors, coefficients, spring_bounds, .. } = self.lattice;
         let dofs = &self.body.dofs;
         let operator = match symbolic {
@@ -244,18 +286,21 @@ impl Given<'_> {
             }
         };
         let upper = bounds::upper_bounds(grouping, spring_bounds, factors);
-        Ok(SweepProblem { operator, upper, search: goal.search(self, grouping)?, index })
+        let strength = self.scene.regularisation();
+        let prior = (strength > 0.0).then(|| Prior::new(strength, grouping));
+        Ok(SweepProblem { operator, upper, search: goal.search(self, grouping)?, prior, index })
     }
 
     /// Refuses matrices that would not fit: a Jacobian with one column a group, four copies at a time for each of two
     /// starts; for a linear objective the pull of every group on every node, and some triangles as wide as the groups.
     /// The number of threads does not count, so that a scene is refused on every machine or on none.
-    fn check_memory(&self, groups: usize) -> Result<()> {
+    pub(super) fn check_memory(&self, groups: usize) -> Result<()> {
         let (optimiser, _) = optimiser(self.scene)?;
         let unknowns = self.body.dofs.len() as f64;
         let columns = groups as f64;
         let numbers = match self.scene.calibration.objective.as_str() {
             "displacement" if !optimiser.uses_jacobian => 0.0,
+            "displacement" if optimiser.name == "gauss_newton" && many::serves(groups) => 8.0 * unknowns,
             "displacement" => 4.0 * 2.0 * columns * unknowns * self.fitted().len() as f64,
             "formula" => 0.0,
             _ => columns * unknowns + 16.0 * columns * columns,
@@ -268,13 +313,13 @@ impl Given<'_> {
     }
 
     /// Runs the optimiser on all problems.
-    fn solve(&self, problems: &[SweepProblem], progress: &Progress, checkpoint: &Checkpoint) -> Result<Vec<Solved>> {
-        let fitted = self.fitted();
-        let forces: Vec<f64> = fitted.iter().flat_map(|&c| self.loads[c].load.forces.iter().copied()).collect();
-        let targets: Vec<f64> =
-            fitted.iter().flat_map(|&c| self.reference.cases[c].displacement.iter().copied()).collect();
-        let largest: Vec<f64> = fitted.iter().map(|&c| self.reference.cases[c].u_max).collect();
-        let weights = weights(&largest, self.body.dofs.masters().count());
+    pub(super) fn solve(
+        &self,
+        problems: &[SweepProblem],
+        progress: &Progress,
+        checkpoint: &Checkpoint,
+    ) -> Result<Vec<Solved>> {
+        let Cases { forces, reference: targets, weights } = self.cases(true);
         let (optimiser, settings) = optimiser(self.scene)?;
         let expected = problems.iter().map(|problem| (optimiser.expected_evaluations)(&settings, problem.upper.len()));
         progress.enter("calibration", expected.sum());
@@ -318,35 +363,58 @@ impl Given<'_> {
         }
     }
 
-    /// Displacements of the network with `phi` under all loads (cases x n), m, and how sure they are where they are linear.
+    /// The network with `phi` under all loads: displacements (cases x n), m, and where they are linear how sure they are, and
+    /// the motion that the network resists least.
     fn under_all_loads(
         &self,
         problem: &SweepProblem,
         grouping: &Grouping,
         phi: &[f64],
-    ) -> Result<(Vec<f64>, Option<Accuracy>)> {
+    ) -> Result<(Vec<f64>, Option<Accuracy>, Weakness)> {
         if large::is_asked(self.scene) {
             let all: Vec<usize> = (0..self.loads.len()).collect();
-            return Ok((large::network(self, grouping, phi, &all, &Interrupt::default())?, None));
+            let displacement = large::network(self, grouping, phi, &all, &Interrupt::default())?;
+            let not_looked_for = "under large displacements the network is another at every load";
+            return Ok((displacement, None, Weakness::NotLookedFor { not_looked_for }));
         }
         let forces: Vec<f64> = self.loads.iter().flat_map(|case| case.load.forces.iter().copied()).collect();
         let settings = sweep::exact(&problem.operator, &network::settings(self.scene));
         let mut solver = SpringSolver::new(&problem.operator, &settings);
         let mut displacement = vec![0.0; forces.len()];
         solver.set(phi)?;
-        solver.solve(&forces, &mut displacement, settings.tolerance)?;
+        solver
+            .solve(&forces, &mut displacement, settings.tolerance)
+            .map_err(|error| self.opened(error, problem, phi))?;
         let accuracy = solver.accuracy(&problem.operator.members(), phi, &forces, &displacement)?;
-        Ok((displacement, Some(accuracy)))
+        let weakness = near_mechanism::weakness(self.body, self.reference, problem, &mut solver)?;
+        Ok((displacement, Some(accuracy), weakness))
+    }
+
+    /// A network that bears the fitted loads and no others: the node that is loose.
+    fn opened(&self, error: Error, problem: &SweepProblem, phi: &[f64]) -> Error {
+        let (Error::Inaccurate { .. }, Some((stiffness, symbolic))) = (&error, problem.operator.assembled()) else {
+            return error;
+        };
+        let mut factor = Factor::new(Arc::clone(symbolic));
+        stiffness.assemble_into(phi, factor.values_mut());
+        let dof = match factor.refactor() {
+            Ok(()) => factor.weakest_pivot().0,
+            Err(Error::NotPositiveDefinite { dof }) => dof,
+            Err(other) => return other,
+        };
+        let (node, component) = self.body.dofs.owner(dof);
+        let motions = vec![format!("node {node} can move along {}", ['x', 'y', 'z'][component])];
+        Error::Mechanism { what: "network that fits the loads with fit = true".into(), modes: 1, motions }
     }
 
     /// Errors of the fitted cases for their displacements (cases x n).
-    fn fitted_errors(&self, displacement: &[f64]) -> Vec<Errors> {
+    pub(super) fn fitted_errors(&self, displacement: &[f64]) -> Vec<Errors> {
         let cases = self.fitted().into_iter().zip(displacement.chunks_exact(self.body.dofs.len()));
         cases.map(|(c, u)| errors::errors(&self.body.dofs, &self.reference.cases[c].displacement, u)).collect()
     }
 
     /// The calibrated network under all loads.
-    fn finish(
+    pub(super) fn finish(
         &self,
         sweep: Vec<Row>,
         best: usize,
@@ -356,7 +424,7 @@ impl Given<'_> {
     ) -> Result<Calibration> {
         let phi = sweep[best].outcome.phi.clone();
         let n = self.body.dofs.len();
-        let (displacement, accuracy) = self.under_all_loads(problem, &grouping, &phi)?;
+        let (displacement, accuracy, weakness) = self.under_all_loads(problem, &grouping, &phi)?;
         let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
         let pairs = self.reference.cases.iter().zip(&displacements);
         let errors = pairs.map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();
@@ -372,6 +440,7 @@ impl Given<'_> {
             stiffness: weighting::stiffness(&grouping, &self.lattice.coefficients, &phi),
             global_strain: [strain(&self.reference.cases[first].displacement), strain(&displacements[first])],
             fitted: sweep[best].errors,
+            weakness,
             outside_pattern,
             upper: problem.upper.clone(),
             sweep,
@@ -382,6 +451,7 @@ impl Given<'_> {
             accuracy,
             errors,
             counts,
+            ladder: vec![],
         })
     }
 }

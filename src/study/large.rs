@@ -179,7 +179,7 @@ fn analysis(given: &Given) -> Result<Arc<Symbolic>> {
         return Ok(Arc::clone(symbolic));
     }
     let pattern = affine::pattern(&given.lattice.network, &given.body.dofs);
-    Symbolic::analyse(&pattern, given.body.spring_order(&pattern)?)
+    Symbolic::analyse(&pattern, given.body.spring_order(&given.lattice.network, &pattern)?)
 }
 
 /// What is turned inside out in the static answers, in words.

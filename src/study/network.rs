@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::scene::Scene;
+use crate::scene::{Scene, Springs};
 use crate::sparse::cholesky::Symbolic;
 use crate::springs::affine;
 use crate::springs::grouping::{self, Request};
@@ -12,11 +12,12 @@ use crate::springs::network::Network;
 use crate::springs::profiles::{self, Profile};
 use crate::springs::solver::{self, Choice, GridSprings, Path};
 use crate::springs::topology::{self, Topology};
-use crate::springs::{bounds, weighting};
+use crate::springs::{bounds, edge_list, weighting};
 
 use super::body::Body;
 use super::continuum::Continuum;
 use super::limits::Allowance;
+use super::matrix_profile;
 
 /// Free degrees of freedom in space from which multigrid is tried.
 const MULTIGRID_FROM: usize = 20_000;
@@ -87,8 +88,13 @@ pub fn connect(scene: &Scene, body: &Body) -> Result<Lattice> {
     let topology = topology::find(name).ok_or_else(|| {
         Error::input("springs.topology", format!("there is no topology {name}"), "see `springfit list topologies`")
     })?;
-    let network = network_of(topology, body);
-    let factors = (profile(scene)?.factor)(&network, &[]);
+    let network = with_edges(network_of(topology, body), scene, body)?;
+    let profile = profile(scene)?;
+    let fitted = match profile.needs_matrix {
+        true => matrix_profile::factors(body, &network, scene.springs.weighting)?,
+        false => Vec::new(),
+    };
+    let factors = (profile.factor)(&network, &fitted);
     let coefficients = weighting::coefficients(&network, scene.springs.weighting, &factors);
     let measures = match &body.continuum {
         Continuum::Splines { patch, .. } => {
@@ -106,6 +112,21 @@ pub fn connect(scene: &Scene, body: &Body) -> Result<Lattice> {
     }
     let choice = Choice { path: Path::Multigrid, reason: String::new() };
     Ok(Lattice { network, symbolic: None, choice, factors, coefficients, spring_bounds, warnings })
+}
+
+/// The network with the springs that the scene names.
+fn with_edges(mut network: Network, scene: &Scene, body: &Body) -> Result<Network> {
+    let Springs { edges, edge_file, .. } = &scene.springs;
+    let from_file = edge_file.as_deref().map(edge_list::read).transpose()?.unwrap_or_default();
+    if edges.is_empty() && from_file.is_empty() {
+        return Ok(network);
+    }
+    let known = network_of(topology::find("second_ring").expect("the table has it"), body);
+    let grid = body.grid();
+    for (key, pairs) in [("springs.edges", edges), ("springs.edge_file", &from_file)] {
+        edge_list::add(&mut network, pairs, key, &known, grid.as_ref(), &body.dofs)?;
+    }
+    Ok(network)
 }
 
 /// The profile of a scene.
@@ -134,6 +155,7 @@ impl Lattice {
     /// When there is not one word for every spring.
     pub fn retain(&mut self, kept: &[bool]) {
         retain(&mut self.network.springs, kept);
+        retain(&mut self.factors, kept);
         retain(&mut self.coefficients, kept);
         retain(&mut self.spring_bounds, kept);
     }
@@ -174,7 +196,7 @@ impl Lattice {
     /// [`Error::Mechanism`] with the loose nodes; [`Error::OverLimit`] for a factor that does not fit.
     pub fn analysed(mut self, scene: &Scene, body: &Body, instead: Option<&str>) -> Result<Self> {
         let pattern = affine::pattern(&self.network, &body.dofs);
-        let symbolic = Symbolic::analyse(&pattern, body.spring_order(&pattern)?)?;
+        let symbolic = Symbolic::analyse(&pattern, body.spring_order(&self.network, &pattern)?)?;
         Allowance::of(scene)?.admit("one factor of the springs", symbolic.factor_bytes() as f64)?;
         self.choice = solver::choose(&settings(scene), &symbolic);
         if let Some(instead) = instead {

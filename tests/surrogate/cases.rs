@@ -110,6 +110,7 @@ impl Case {
             make: &make,
             displacement: Some(&worker),
             linear: None,
+            prior: None,
             upper: &self.upper,
             seed,
             index: 0,

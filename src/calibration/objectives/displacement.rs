@@ -17,6 +17,7 @@ use crate::calibration::objective::{Counts, Objective};
 use crate::clock::Interrupt;
 use crate::error::{Error, Result};
 use crate::sparse::vectors::{add, dot, norm, scale, square_of_difference};
+use crate::springs::members::Members;
 use crate::springs::solver::{Settings, SpringOperator, SpringSolver};
 
 /// Relative residual that is enough for a column of the Jacobian: steps are inexact anyway.
@@ -186,6 +187,60 @@ impl<'a> Displacement<'a> {
         }
         self.found = found;
         Ok(())
+    }
+
+    /// The residual w_c (u_c - u_ref,c) at the last phi (cases x n), percent.
+    pub fn residual(&self) -> Vec<f64> {
+        let n = self.unknowns();
+        let cases =
+            self.displacement.chunks_exact(n).zip(self.target.reference.chunks_exact(n)).zip(self.target.weights);
+        cases.flat_map(|((u, reference), w)| u.iter().zip(reference).map(move |(u, r)| w * (u - r))).collect()
+    }
+
+    /// The change of the residual to first order when phi changes by `change`: one solve for each case.
+    ///
+    /// # Errors
+    /// Where a solve is not accurate.
+    pub fn along(&mut self, members: &Members, change: &[f64]) -> Result<Vec<f64>> {
+        let n = self.unknowns();
+        let mut right = vec![0.0; self.displacement.len()];
+        for (u, out) in self.displacement.chunks_exact(n).zip(right.chunks_exact_mut(n)) {
+            members.apply_all(change, u, out);
+        }
+        let mut found = self.solve_again(&right)?;
+        for (found, w) in found.chunks_exact_mut(n).zip(self.target.weights) {
+            scale(-w / self.scale, found);
+        }
+        Ok(found)
+    }
+
+    /// v^T dr/dphi_a for every group: the adjoint, one solve for each case. `v` like the residual.
+    ///
+    /// # Errors
+    /// Where a solve is not accurate.
+    pub fn adjoint(&mut self, members: &Members, v: &[f64]) -> Result<Vec<f64>> {
+        let n = self.unknowns();
+        let adjoint = self.solve_again(v)?;
+        let mut elongations = [vec![0.0; members.len()], vec![0.0; members.len()]];
+        let mut slopes = vec![0.0; members.groups()];
+        let cases = self.displacement.chunks_exact(n).zip(adjoint.chunks_exact(n)).zip(self.target.weights);
+        for ((u, z), w) in cases {
+            members.elongations(u, &mut elongations[0]);
+            members.elongations(z, &mut elongations[1]);
+            for (a, slope) in slopes.iter_mut().enumerate() {
+                let group = members.group(a);
+                *slope -= w / self.scale * dot(&elongations[0][group.clone()], &elongations[1][group]);
+            }
+        }
+        Ok(slopes)
+    }
+
+    /// Solves for other right-hand sides with the matrix at hand, loosely.
+    fn solve_again(&mut self, right: &[f64]) -> Result<Vec<f64>> {
+        let mut found = vec![0.0; right.len()];
+        self.solver.solve(right, &mut found, COLUMN_TOLERANCE.max(self.tolerance))?;
+        self.counts.solves += self.target.weights.len() as u64;
+        Ok(found)
     }
 
     /// What the next solve begins with (cases x n, in m): by itself the displacements at the phi before.

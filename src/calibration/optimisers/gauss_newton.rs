@@ -14,34 +14,29 @@
 //! nothing.
 //!
 //! Many groups leave flat valleys and local minima, so several starts spend a few factorisations each, and only the best
-//! of them is polished. On fine meshes a model of the whole network takes the place of the linear one ([`reduced`]).
+//! of them is polished. On fine meshes a model of the whole network takes the place of the linear one ([`reduced`]); with
+//! hundreds of groups products with the Jacobian take the place of the Jacobian ([`many`]).
 
 use crate::calibration::objective::{Objective, Problem};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint, best};
-use crate::calibration::optimisers::reduced;
+use crate::calibration::optimisers::descent::{DAMPING, Descent, LARGEST_DAMPING};
+use crate::calibration::optimisers::{many, reduced};
 use crate::calibration::pieces::Stage;
 use crate::clock::Stopwatch;
-use crate::dense::{self, LeastSquares};
 use crate::error::{Error, Result};
 use crate::rng::Stream;
 
 /// Fraction of the upper bounds where the first start begins.
 const START: f64 = 0.1;
 
-/// The stiffness c of the chart phi = c sinh(x), as a fraction of the median stiffness where a start begins.
-const LINEAR_BELOW: f64 = 0.05;
-
-/// First damping, relative to the squared column norms.
-const DAMPING: f64 = 1e-2;
-
-/// Damping at which a start gives up.
-const LARGEST_DAMPING: f64 = 1e10;
-
 /// Runs all starts and returns the best.
 ///
 /// # Errors
 /// When no start has a positive definite K, or on interruption.
 pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
+    if let Some(worker) = many::worker(problem) {
+        return many::run(problem, settings, worker);
+    }
     if let Some(worker) = reduced::worker(problem) {
         return reduced::run(problem, settings, worker);
     }
@@ -162,83 +157,4 @@ pub fn descend(problem: &Problem, settings: &Settings, from: &[f64]) -> Result<O
 
 fn point(clock: &Stopwatch, objective: &dyn Objective, error: f64) -> TracePoint {
     TracePoint { seconds: clock.seconds(), refactorisations: objective.counts().refactorisations, error }
-}
-
-/// The local model and the damping of one start.
-struct Descent {
-    /// c of the chart phi = c sinh(x).
-    chart: f64,
-    residual: Vec<f64>,
-    jacobian: Vec<f64>,
-    /// |J d|^2 in x; made anew at every accepted point.
-    model: Option<LeastSquares>,
-    /// J^T r in x.
-    gradient: Vec<f64>,
-    damping: f64,
-    growth: f64,
-}
-
-impl Descent {
-    fn new(phi: &[f64], upper: &[f64]) -> Self {
-        let mut sorted: Vec<f64> = phi.iter().copied().filter(|p| *p > 0.0).collect();
-        sorted.sort_by(f64::total_cmp);
-        let median = sorted.get(sorted.len() / 2).copied().unwrap_or(upper[0]);
-        Self {
-            chart: LINEAR_BELOW * median,
-            residual: vec![],
-            jacobian: vec![],
-            model: None,
-            gradient: vec![],
-            damping: DAMPING,
-            growth: 2.0,
-        }
-    }
-
-    /// True when the error is at the rounding of displacements (percent of the largest).
-    fn resolved(&self, error: f64) -> bool {
-        error < 1e-12
-    }
-
-    /// Forms the quadratic model in the coordinates of the chart.
-    fn prepare(&mut self, phi: &[f64]) {
-        let rows = self.residual.len();
-        for (column, p) in self.jacobian.chunks_exact_mut(rows).zip(phi) {
-            let slope = (p * p + self.chart * self.chart).sqrt();
-            column.iter_mut().for_each(|entry| *entry *= slope);
-        }
-        let model = LeastSquares::new(&self.jacobian, rows, phi.len());
-        self.gradient = model.transposed(&self.residual);
-        self.model = Some(model);
-    }
-
-    /// The damped step from `phi` inside the bounds and the gain in squared error that the model predicts; `None` when
-    /// the damped matrix is not positive definite or nothing moves.
-    fn step(&self, phi: &[f64], upper: &[f64]) -> Option<(Vec<f64>, f64)> {
-        let model = self.model.as_ref()?;
-        let squares = model.column_squares();
-        let largest = squares.iter().fold(0.0_f64, |a, b| a.max(*b));
-        let weights: Vec<f64> = squares.iter().map(|square| self.damping * square.max(1e-12 * largest)).collect();
-        let x: Vec<f64> = phi.iter().map(|p| (p / self.chart).asinh()).collect();
-        let down: Vec<f64> = x.iter().map(|x| -x).collect();
-        let up: Vec<f64> = upper.iter().zip(&x).map(|(u, x)| ((u / self.chart).asinh() - x).max(0.0)).collect();
-        let d = model.minimise_in_box(&weights, &self.gradient, &down, &up)?;
-        let predicted = -2.0 * dense::dot(&self.gradient, &d) - model.square(&d);
-        if predicted.is_nan() || predicted <= 0.0 {
-            return None;
-        }
-        let moved = |i: usize| ((x[i] + d[i]).sinh() * self.chart).clamp(0.0, upper[i]);
-        Some(((0..phi.len()).map(moved).collect(), predicted))
-    }
-
-    /// After a step that failed.
-    fn damp(&mut self) {
-        self.damping *= self.growth;
-        self.growth *= 2.0;
-    }
-
-    /// After a step that gained `ratio` times what the model predicted.
-    fn trust(&mut self, ratio: f64) {
-        self.damping *= (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(0.1, 2.0);
-        self.growth = 2.0;
-    }
 }

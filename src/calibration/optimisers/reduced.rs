@@ -74,8 +74,11 @@ pub fn serves(unknowns: usize, cases: usize, groups: usize) -> bool {
 }
 
 /// A worker, when the problem is one for this file: the displacements of a fine mesh, or of any mesh whose workers use all
-/// threads, with not too many groups.
+/// threads, with not too many groups and no prior.
 pub fn worker<'a>(problem: &Problem<'a>) -> Option<Displacement<'a>> {
+    if problem.prior.is_some() {
+        return None;
+    }
     let worker = problem.displacement?();
     let Target { operator, weights, upper, .. } = worker.target();
     let unknowns = if problem.side_by_side { operator.unknowns() } else { usize::MAX };
@@ -280,6 +283,7 @@ impl<'s, 'a> Search<'s, 'a> {
             make: &make,
             displacement: None,
             linear: None,
+            prior: None,
             upper,
             seed,
             index,

@@ -293,9 +293,18 @@ impl<'s, 'a> Search<'s, 'a> {
     fn descend(&mut self, from: Candidate) -> Result<Candidate> {
         let make = || -> Box<dyn Objective + '_> { Box::new(Walker::new(&self.basis, Some(&self.trust))) };
         let Problem { upper, seed, index, side_by_side, progress, .. } = *self.problem;
-        let kept = &NOTHING;
-        let reduced =
-            Problem { make: &make, displacement: None, linear: None, upper, seed, index, side_by_side, progress, kept };
+        let reduced = Problem {
+            make: &make,
+            displacement: None,
+            linear: None,
+            prior: None,
+            upper,
+            seed,
+            index,
+            side_by_side,
+            progress,
+            kept: &NOTHING,
+        };
         let Outcome { phi, error, counts, .. } = gauss_newton::descend(&reduced, self.settings, &from.phi)?;
         self.surrogate_evaluations += counts.evaluations;
         Ok(if error < from.error { Candidate { phi, error, passed: true } } else { from })

@@ -74,7 +74,7 @@ impl Cube {
         if self.operator.get().is_none() {
             let Lattice { network, coefficients, .. } = &self.lattice;
             let pattern = affine::pattern(network, &self.body.dofs);
-            let symbolic = Symbolic::analyse(&pattern, self.body.spring_order(&pattern)?)?;
+            let symbolic = Symbolic::analyse(&pattern, self.body.spring_order(&self.lattice.network, &pattern)?)?;
             let stiffness = AffineStiffness::new(network, &self.grouping, coefficients, &self.body.dofs, &symbolic);
             // nobody else can have set it: the cell is not shared between threads
             let _ = self.operator.set(SpringOperator::Assembled { stiffness, symbolic });

@@ -20,6 +20,7 @@ pub(super) fn check(calibration: &Calibration) -> Result<()> {
     for (i, snapshot) in calibration.acceleration.iter().flat_map(|given| &given.snapshots).enumerate() {
         check_snapshot(snapshot, &format!("calibration.acceleration.snapshots[{i}]"))?;
     }
+    check_regularisation(calibration)?;
     calibration.gamma.values()?;
     within("calibration.starts", calibration.starts.unwrap_or(1), 1, 1000)?;
     let Annealing { chains, evaluations, initial_temperature, final_temperature } = calibration.annealing;
@@ -55,6 +56,21 @@ fn check_optimiser(calibration: &Calibration) -> Result<()> {
             let message = format!("{name} works on displacements, and {objective} is fitted without any");
             Err(Error::input("calibration.optimiser", message, "use least_squares, or leave the optimiser out"))
         }
+        _ => Ok(()),
+    }
+}
+
+/// A prior that is not one, or that nobody would look at.
+fn check_regularisation(calibration: &Calibration) -> Result<()> {
+    let Some(strength) = calibration.regularisation else { return Ok(()) };
+    let wrong = |message: String, help: &str| Err(Error::input("calibration.regularisation", message, help));
+    match calibration.optimiser() {
+        _ if strength < 0.0 => wrong(format!("{strength} is negative"), "give 0, or an error in percent such as 1.0"),
+        _ if calibration.objective != "displacement" => {
+            let message = format!("the objective {} takes none", calibration.objective);
+            wrong(message, "remove it; it goes with the objective displacement")
+        }
+        Some("surrogate") => wrong("the surrogate takes none".into(), "remove it, or use gauss_newton or annealing"),
         _ => Ok(()),
     }
 }

@@ -33,6 +33,10 @@ pub(in crate::scene) fn check_reference(scene: &Scene) -> Result<()> {
 fn check_large(scene: &Scene) -> Result<()> {
     let calibration = &scene.calibration;
     let asked = scene.reference.kinematics == Kinematics::Corotational && calibration.objective == "displacement";
+    if asked && calibration.regularisation.is_some_and(|strength| strength > 0.0) {
+        let message = "groups are not drawn together beside a corotational continuum";
+        return Err(Error::input("calibration.regularisation", message, "remove it, or use linear kinematics"));
+    }
     match calibration.optimiser.as_deref() {
         Some(name) if asked && name != "gauss_newton" => {
             let message = format!("{name} solves K(phi) u = f, and beside a corotational continuum that is too little");

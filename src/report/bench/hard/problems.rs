@@ -96,7 +96,7 @@ impl Hard {
             (grouping::find(rule).expect("the table has it").group)(&lattice.network, &Request::with_gamma(gamma))?;
         let phi = self.phi(&lattice, &grouping);
         let pattern = affine::pattern(&lattice.network, &body.dofs);
-        let symbolic = Symbolic::analyse(&pattern, body.spring_order(&pattern)?)?;
+        let symbolic = Symbolic::analyse(&pattern, body.spring_order(&lattice.network, &pattern)?)?;
         let stiffness = AffineStiffness::new(&lattice.network, &grouping, &lattice.coefficients, &body.dofs, &symbolic);
         let operator = SpringOperator::Assembled { stiffness, symbolic };
         Ok(Problem { scene, body, lattice, grouping, phi, forces, operator })

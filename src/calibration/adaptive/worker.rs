@@ -1,0 +1,296 @@
+//! A network whose groups change while it is fitted: displacements, columns of the Jacobian, and its transpose.
+//!
+//! Every spring is a group of its own in K(k) = sum_s k_s w_s b_s b_s^T, so that a split changes numbers and nothing else.
+//! With the residual r of [`crate::calibration::objectives::displacement`], r_c = w_c (u_c - u_ref,c) for each load case c,
+//! the derivative by the number of one spring is
+//!
+//! ```text
+//! dr_c/dk_s = -w_c K^-1 b_s w_s (b_s . u_c)
+//! ```
+//!
+//! A set of springs that moves together has the sum of these as its column: one solve a case. The transpose needs no
+//! column: for any z in the space of the residuals and lambda_c = K^-1 z_c
+//!
+//! ```text
+//! z^T dr/dk_s = - sum_c w_c w_s (b_s . lambda_c) (b_s . u_c)
+//! ```
+//!
+//! for all springs at once, one solve a case; with z = r it is half the gradient of the squared error. Two networks are kept, the
+//! one that stands and the one that is tried, each with its factor: going back costs nothing.
+
+use std::borrow::Cow;
+
+use crate::calibration::objective::Counts;
+use crate::clock::Interrupt;
+use crate::error::{Error, Result};
+use crate::sparse::vectors::{dot, scale, square_of_difference};
+use crate::springs::members::Members;
+use crate::springs::solver::{Settings, SpringOperator, SpringSolver};
+
+use super::part::Part;
+
+/// Relative residual that is enough for columns and their transpose on a path that iterates.
+const COLUMN_TOLERANCE: f64 = 1e-6;
+
+/// Load cases with what the continuum does under them.
+#[derive(Clone, Copy)]
+pub struct Cases<'a> {
+    /// Forces over the free dofs, one case after the other (cases x n), N.
+    pub forces: &'a [f64],
+    /// Displacements of the continuum, like the forces, m.
+    pub reference: &'a [f64],
+    /// Weight w_c of each case in percent per metre, see [`crate::calibration::objectives::displacement::weights`].
+    pub weights: &'a [f64],
+}
+
+impl Cases<'_> {
+    /// The error of displacements (cases x n, m), percent (5.7).
+    fn error(&self, displacement: &[f64]) -> f64 {
+        let n = displacement.len() / self.weights.len().max(1);
+        let cases = displacement.chunks_exact(n.max(1)).zip(self.reference.chunks_exact(n.max(1)));
+        let squares = cases.zip(self.weights).map(|((u, reference), w)| w * w * square_of_difference(u, reference));
+        squares.sum::<f64>().sqrt()
+    }
+}
+
+/// What a ladder is climbed on.
+#[derive(Clone, Copy)]
+pub struct Ground<'a> {
+    /// The springs, each a group of its own, with w_s as its coefficient.
+    pub operator: &'a SpringOperator<'a>,
+    /// The cases that are fitted.
+    pub fitted: Cases<'a>,
+    /// The cases that are not; may be none.
+    pub held_out: Cases<'a>,
+    /// The largest number of every spring (5.8), in the unit of phi.
+    pub bounds: &'a [f64],
+    /// The features of all springs: [`super::features::table`].
+    pub features: &'a [Vec<f64>],
+}
+
+/// A network that has been solved.
+struct State<'a> {
+    solver: SpringSolver<'a>,
+    phi: Vec<f64>,
+    /// K(phi) is this times the matrix that `solver` holds.
+    scale: f64,
+    displacement: Vec<f64>,
+    error: f64,
+}
+
+/// The network that stands, the one that is tried, and the groups of both.
+pub struct Worker<'a> {
+    /// What it works on.
+    pub ground: Ground<'a>,
+    /// The groups.
+    pub parts: Vec<Part>,
+    members: Cow<'a, Members>,
+    tolerance: f64,
+    here: State<'a>,
+    there: State<'a>,
+    /// Number of every spring.
+    numbers: Vec<f64>,
+    /// Elongations sqrt(w_s) b_s . u_c of the network that stands, case after case.
+    elongations: Vec<f64>,
+    counts: Counts,
+}
+
+impl<'a> Worker<'a> {
+    /// A worker that has not solved anything yet.
+    pub fn new(ground: Ground<'a>, settings: &Settings, parts: Vec<Part>, interrupt: &Interrupt) -> Self {
+        let members = ground.operator.members();
+        let springs = members.len();
+        let state = || {
+            let mut solver = SpringSolver::new(ground.operator, settings);
+            solver.watch(interrupt);
+            let displacement = vec![0.0; ground.fitted.forces.len()];
+            State { solver, phi: vec![0.0; parts.len()], scale: 1.0, displacement, error: f64::INFINITY }
+        };
+        Self {
+            here: state(),
+            there: state(),
+            tolerance: settings.tolerance,
+            numbers: vec![0.0; springs],
+            elongations: vec![0.0; springs * ground.fitted.weights.len()],
+            counts: Counts::default(),
+            parts,
+            members,
+            ground,
+        }
+    }
+
+    /// The numbers of the groups of the network that stands.
+    pub fn phi(&self) -> &[f64] {
+        &self.here.phi
+    }
+
+    /// Its error over the fitted cases, percent.
+    pub fn error(&self) -> f64 {
+        self.here.error
+    }
+
+    /// Its error over the held-out cases, percent; none where there are none.
+    ///
+    /// # Errors
+    /// Where a solve is not accurate.
+    pub fn held_out_error(&mut self) -> Result<Option<f64>> {
+        let cases = self.ground.held_out;
+        if cases.weights.is_empty() {
+            return Ok(None);
+        }
+        let mut displacement = vec![0.0; cases.forces.len()];
+        self.here.solver.solve(cases.forces, &mut displacement, self.tolerance)?;
+        self.counts.solves += cases.weights.len() as u64;
+        scale(1.0 / self.here.scale, &mut displacement);
+        Ok(Some(cases.error(&displacement)))
+    }
+
+    /// Upper bounds of the groups.
+    pub fn upper(&self) -> Vec<f64> {
+        self.parts.iter().map(|part| part.upper).collect()
+    }
+
+    /// Work so far.
+    pub fn counts(&self) -> Counts {
+        let mut work = self.here.solver.work();
+        work += self.there.solver.work();
+        self.counts.with(work)
+    }
+
+    fn rows(&self) -> usize {
+        self.ground.fitted.forces.len()
+    }
+
+    fn unknowns(&self) -> usize {
+        self.here.solver.unknowns()
+    }
+
+    /// The error at phi, made as small as a common factor of all groups can; infinite where K is not positive definite.
+    ///
+    /// # Errors
+    /// On interruption.
+    pub fn attempt(&mut self, phi: &[f64]) -> Result<f64> {
+        for (part, phi) in self.parts.iter().zip(phi) {
+            part.springs.iter().for_each(|&s| self.numbers[s as usize] = *phi);
+        }
+        self.counts.evaluations += 1;
+        let there = &mut self.there;
+        there.phi = phi.to_vec();
+        there.scale = 1.0;
+        there.error = f64::INFINITY;
+        // where a path that iterates begins
+        there.displacement.copy_from_slice(&self.here.displacement);
+        let set = there.solver.set(&self.numbers);
+        let forces = self.ground.fitted.forces;
+        match set.and_then(|()| there.solver.solve(forces, &mut there.displacement, self.tolerance)) {
+            Ok(()) => {}
+            Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) => {
+                self.counts.rejected += 1;
+                return Ok(f64::INFINITY);
+            }
+            Err(other) => return Err(other),
+        }
+        self.counts.solves += self.ground.fitted.weights.len() as u64;
+        there.fit_scale(&self.ground.fitted, &self.parts);
+        Ok(there.error)
+    }
+
+    /// Makes the network that was tried the one that stands.
+    pub fn accept(&mut self) {
+        std::mem::swap(&mut self.here, &mut self.there);
+    }
+
+    /// Residual and Jacobian (rows x groups, column-major) of the network that stands.
+    ///
+    /// # Errors
+    /// Where a solve is not accurate.
+    pub fn linearise(&mut self) -> Result<(Vec<f64>, Vec<f64>)> {
+        let (n, springs) = (self.unknowns(), self.members.len());
+        for (u, out) in self.here.displacement.chunks_exact(n).zip(self.elongations.chunks_exact_mut(springs)) {
+            self.members.elongations(u, out);
+        }
+        let parts = std::mem::take(&mut self.parts);
+        let sets: Vec<&[u32]> = parts.iter().map(|part| part.springs.as_slice()).collect();
+        let columns = self.columns(&sets);
+        self.parts = parts;
+        Ok((self.residual(), columns?))
+    }
+
+    fn residual(&self) -> Vec<f64> {
+        let Cases { reference, weights, .. } = self.ground.fitted;
+        let n = self.unknowns();
+        let cases = self.here.displacement.chunks_exact(n).zip(reference.chunks_exact(n)).zip(weights);
+        cases.flat_map(|((u, reference), w)| u.iter().zip(reference).map(move |(u, r)| w * (u - r))).collect()
+    }
+
+    /// Columns (rows each) of sets of springs that move together, at the last [`Worker::linearise`].
+    ///
+    /// # Errors
+    /// Where a solve is not accurate.
+    pub fn columns(&mut self, sets: &[&[u32]]) -> Result<Vec<f64>> {
+        let (n, rows, springs) = (self.unknowns(), self.rows(), self.members.len());
+        let mut right = vec![0.0; sets.len() * rows];
+        for (set, right) in sets.iter().zip(right.chunks_exact_mut(rows)) {
+            for (tensions, right) in self.elongations.chunks_exact(springs).zip(right.chunks_exact_mut(n)) {
+                self.members.pull(set, tensions, right);
+            }
+        }
+        let mut columns = vec![0.0; right.len()];
+        self.here.solver.solve(&right, &mut columns, self.tolerance.max(COLUMN_TOLERANCE))?;
+        self.counts.solves += (right.len() / n) as u64;
+        for column in columns.chunks_exact_mut(rows) {
+            for (part, w) in column.chunks_exact_mut(n).zip(self.ground.fitted.weights) {
+                scale(-w / self.here.scale, part);
+            }
+        }
+        Ok(columns)
+    }
+
+    /// z^T dr/dk_s of every spring for each of some vectors z (rows each), at the last [`Worker::linearise`]; the numbers
+    /// of one spring stand together (springs x vectors).
+    ///
+    /// # Errors
+    /// Where a solve is not accurate.
+    pub fn transposed(&mut self, vectors: &[f64]) -> Result<Vec<f64>> {
+        let (n, rows, springs) = (self.unknowns(), self.rows(), self.members.len());
+        let count = vectors.len() / rows;
+        let mut adjoint = vec![0.0; vectors.len()];
+        self.here.solver.solve(vectors, &mut adjoint, self.tolerance.max(COLUMN_TOLERANCE))?;
+        self.counts.solves += (vectors.len() / n) as u64;
+        let mut products = vec![0.0; count * springs];
+        let mut stretched = vec![0.0; springs];
+        for (i, adjoint) in adjoint.chunks_exact(rows).enumerate() {
+            let cases = adjoint.chunks_exact(n).zip(self.elongations.chunks_exact(springs));
+            for ((lambda, elongations), w) in cases.zip(self.ground.fitted.weights) {
+                self.members.elongations(lambda, &mut stretched);
+                let factor = -w / self.here.scale;
+                for (s, (a, b)) in stretched.iter().zip(elongations).enumerate() {
+                    products[s * count + i] += factor * a * b;
+                }
+            }
+        }
+        Ok(products)
+    }
+}
+
+impl State<'_> {
+    /// Multiplies phi by the common factor that makes the error smallest inside the bounds: K(s phi) = s K(phi).
+    fn fit_scale(&mut self, cases: &Cases, parts: &[Part]) {
+        let n = self.solver.unknowns();
+        let (mut with_reference, mut with_itself) = (0.0, 0.0);
+        let pairs = self.displacement.chunks_exact(n).zip(cases.reference.chunks_exact(n));
+        for ((u, reference), w) in pairs.zip(cases.weights) {
+            with_reference += w * w * dot(u, reference);
+            with_itself += w * w * dot(u, u);
+        }
+        let largest = self.phi.iter().zip(parts).fold(f64::INFINITY, |s, (phi, part)| s.min(part.upper / phi));
+        // displacements that point away from the reference have no best positive factor: leave them
+        let best = if with_reference > 0.0 { (with_itself / with_reference).min(largest) } else { 1.0 };
+        for (phi, part) in self.phi.iter_mut().zip(parts) {
+            *phi = (*phi * best).min(part.upper);
+        }
+        scale(1.0 / best, &mut self.displacement);
+        self.scale *= best;
+        self.error = cases.error(&self.displacement);
+    }
+}
