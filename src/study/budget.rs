@@ -135,7 +135,10 @@ pub fn run(scene: &Scene, budget: &scene::Budget, progress: &Progress) -> Result
     let (chosen, met) = front.choose(budget).expect("a walk has points");
     let Point { control_points, groups, calibration_seconds, .. } = front.points[chosen].clone();
     let mut scene = at(scene, &control_points);
-    scene.springs.groups = groups;
+    if front.points.get(chosen + 1).is_some_and(|next| next.control_points == control_points) {
+        // a rung below the last one; the last is what the scene's own number of groups leads to
+        scene.springs.groups = groups;
+    }
     let mut study = super::run_one(&scene, progress, &Checkpoint::none())?;
     // the network that is handed over is measured itself
     let point = last_point(&study, &control_points, calibration_seconds);
