@@ -254,6 +254,31 @@ mod tests {
         assert!(broken.minimise_in_box(&[1.0], &[1.0], &[-1.0], &[1.0]).is_none());
     }
 
+    #[test]
+    fn a_box_beside_zero_is_entered() {
+        let problem = LeastSquares::new(&[1.0, 0.0, 0.0, 1.0], 2, 2);
+        let d = problem.minimise_in_box(&[0.0; 2], &[0.0, -3.0], &[-2.0; 2], &[-1.0, 9.0]).expect("definite");
+        assert_eq!(d, [-1.0, 3.0]);
+    }
+
+    #[test]
+    fn a_complement_is_orthogonal_to_its_columns() {
+        let mut stream = Stream::new(3, 0, 0);
+        let (rows, columns) = (30, 4);
+        let matrix: Vec<f64> = (0..rows * columns).map(|_| stream.normal()).collect();
+        let vectors: Vec<f64> = (0..2 * rows).map(|_| stream.normal()).collect();
+        let mut rest = vectors.clone();
+        let coefficients = Complement::new(&matrix, rows, columns, 0.0).expect("independent").project(&mut rest);
+        for (v, (rest, c)) in rest.chunks(rows).zip(coefficients.chunks(columns)).enumerate() {
+            assert!(matrix.chunks(rows).all(|column| dot(column, rest).abs() < 1e-13));
+            for row in 0..rows {
+                let combined: f64 = (0..columns).map(|j| c[j] * matrix[j * rows + row]).sum();
+                assert!((rest[row] + combined - vectors[v * rows + row]).abs() < 1e-14);
+            }
+        }
+        assert!(Complement::new(&[1.0, 1.0, 1.0, 1.0], 2, 2, 1e-9).is_some());
+    }
+
     proptest! {
         /// Tall and wide Jacobians: the wide ones take the rows x rows system.
         #[test]
