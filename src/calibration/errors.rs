@@ -26,6 +26,11 @@ pub struct Errors {
 
 /// Compares the displacements of a network with the reference; both over the free dofs, in m.
 pub fn errors(dofs: &DofMap, reference: &[f64], displacement: &[f64]) -> Errors {
+    // a power of two changes no digit, and keeps the squares of very large and very small bodies in range
+    let most = reference.iter().chain(displacement).fold(0.0_f64, |most, u| most.max(u.abs()));
+    let unit = if most.is_normal() { (-most.log2().floor()).clamp(-1000.0, 1000.0).exp2() } else { 1.0 };
+    let scaled = |u: &[f64]| -> Vec<f64> { u.iter().map(|u| u * unit).collect() };
+    let (reference, displacement) = (&scaled(reference)[..], &scaled(displacement)[..]);
     let difference: Vec<f64> = reference.iter().zip(displacement).map(|(r, u)| r - u).collect();
     let squares = |u: &[f64]| -> Vec<f64> {
         let nodes = dofs.expand(u);

@@ -19,6 +19,8 @@ const STAGING: &str = ".results.partial";
 /// A folder that this process writes into, and no other, until it is dropped.
 pub struct Folder {
     path: PathBuf,
+    /// True when it was not there before.
+    made: bool,
     /// Held open for its lock; none on systems that do not lock folders.
     _lock: Option<File>,
 }
@@ -29,13 +31,14 @@ impl Folder {
     /// # Errors
     /// [`Error::File`] when it cannot be made or written to, or when another run writes into it.
     pub fn open(path: &Path) -> Result<Self> {
+        let made = !path.exists();
         fs::create_dir_all(path).map_err(|reason| unwritable(path, &reason))?;
         let lock = lock(path)?;
         clear(path).map_err(|reason| unwritable(path, &reason))?;
         // better now than after an hour of work
         let trial = path.join(STAGING);
         fs::create_dir(&trial).and_then(|()| fs::remove_dir(&trial)).map_err(|reason| unwritable(path, &reason))?;
-        Ok(Self { path: path.to_owned(), _lock: lock })
+        Ok(Self { path: path.to_owned(), made, _lock: lock })
     }
 
     /// Lets `write` fill an empty folder and moves its files here, all or none of them; returns where they are.
@@ -76,6 +79,15 @@ impl Folder {
     /// The name here of a file in the staging folder.
     fn final_path(&self, staged: &Path) -> PathBuf {
         staged.strip_prefix(self.path.join(STAGING)).map_or_else(|_| staged.to_owned(), |name| self.path.join(name))
+    }
+}
+
+impl Drop for Folder {
+    /// A run that wrote nothing leaves no folder behind; one with files in it stays.
+    fn drop(&mut self) {
+        if self.made {
+            let _ = fs::remove_dir(&self.path);
+        }
     }
 }
 
@@ -154,6 +166,9 @@ mod tests {
         assert!(folder.publish(put(b"four")).is_err());
         assert_eq!(fs::read(here("a.json")).expect("a file"), b"two");
         assert_eq!(names(&here("")), ["a.json", "deep"]);
+        drop(Folder::open(&place.path().join("unused")).expect("writable"));
+        drop(folder);
+        assert_eq!(names(place.path()), ["new"]);
     }
 
     #[test]

@@ -131,16 +131,17 @@ fn shortened(mut scene: Scene, folder: &Path) -> Option<Scene> {
 }
 
 /// Every number of a result is one.
-fn assert_numbers(study: &Study) {
+fn assert_numbers(study: &Study, text: &str) {
     let found = &study.calibration;
-    assert!(found.stiffness.iter().chain(&found.phi).all(|k| k.is_finite() && *k >= 0.0), "{:?}", found.phi);
+    assert!(found.stiffness.iter().chain(&found.phi).all(|k| k.is_finite() && *k >= 0.0), "{:?}\n{text}", found.phi);
     assert!(found.displacements.iter().flatten().all(|u| u.is_finite()));
-    assert!(found.fitted.e_rms.is_finite() && found.fitted.e_max.is_finite(), "{:?}", found.fitted);
+    assert!(found.fitted.e_rms.is_finite() && found.fitted.e_max.is_finite(), "{:?}\n{text}", found.fitted);
 }
 
 #[test]
 fn whole_scenes_changed_at_random() {
-    let corpus = scenes::corpus();
+    let mut corpus = scenes::corpus();
+    corpus.retain(|(path, _)| !path.parent().is_some_and(|folder| folder.ends_with("bad")));
     let all = lines(&corpus);
     let cases = cases() / 10;
     let mut stream = Stream::new(SEED, 0, 0);
@@ -166,7 +167,7 @@ fn whole_scenes_changed_at_random() {
         let (runs, good, most, longest) = figures.get();
         figures.set((runs + 1, good + u32::from(result.is_ok()), most.max(memory), longest.max(seconds)));
         match result {
-            Ok(study) => assert_numbers(&study),
+            Ok(study) => assert_numbers(&study, &text),
             Err(error) => {
                 assert!(
                     [2, 3].contains(&error.exit_status()) && error.help().is_some(),
