@@ -141,7 +141,7 @@ mod tests {
             let scene = parse(&source).unwrap();
             check(&scene).unwrap();
             assert_eq!(Some(scene), resolved(name).unwrap().map(|(_, scene)| scene), "{}", source.text);
-            for comment in ["# dynamics: ", "\n# distortion: ", "\n# The held control points", "\n[support]"] {
+            for comment in ["# dynamics: ", "\n# distortion: ", "\n# The control points that are held", "\n[support]"] {
                 assert!(source.text.contains(comment), "{comment} {}", source.text);
             }
         }
