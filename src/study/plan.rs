@@ -326,5 +326,13 @@ fn steps(scene: &Scene, method: &Method, fitted: usize, cases: usize, problems: 
         dynamics,
     ];
     steps.splice(1..1, converged);
+    let budget = scene.budget.as_ref().map(|budget| {
+        let step = budget.step_time.map_or(String::new(), |seconds| format!(" and {seconds:e} s a step"));
+        format!(
+            "budget: {} %{step}; all of this at one resolution after the other, from the coarsest, until it is met",
+            budget.max_error
+        )
+    });
+    steps.extend(budget);
     steps
 }
