@@ -84,7 +84,7 @@ fn a_strip_of_triangles_bends_far_comes_back_from_inside_out_and_does_not_feel_a
     for smoothing in [Smoothing::Element, Smoothing::Edge] {
         let mut held = body(&mesh, smoothing, &fixed);
         let n = held.dofs().len();
-        let forces: Vec<f64> = (0..n).map(|dof| if held.dofs().owner(dof).1 == 1 { -0.4 } else { 0.0 }).collect();
+        let forces: Vec<f64> = (0..n).map(|dof| if held.dofs().owner(dof).1 == 1 { -1.5 } else { 0.0 }).collect();
         let search = Search { load_steps: 4, ..Search::default() };
         let found = statics::solve(&mut held, &forces, &vec![0.0; n], search).expect("it bends");
         let most = found.displacement.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
