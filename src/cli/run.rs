@@ -105,13 +105,18 @@ fn put_out(
     }
 }
 
-/// After a run that did not come to its end: puts what is finished into the checkpoint, and says how to go on.
+/// After a run that did not come to its end: puts what is finished into the checkpoint, and says how to go on. Where the
+/// numbers or the input are to blame, going on would end the same way: then there is no checkpoint.
 fn keep(checkpoint: &Checkpoint, error: &Error, quiet: bool) {
-    let flushed = checkpoint.flush();
     let Finished { answers, problems, others, least_error } = checkpoint.finished();
     let Some(path) = checkpoint.path().filter(|_| answers + others > 0) else { return };
-    // other errors come again in a run that goes on from here
-    if quiet || !matches!(error, Error::Interrupted | Error::File { .. }) {
+    if !matches!(error, Error::Interrupted | Error::File { .. }) {
+        // the error of the run is the one to tell
+        let _ = checkpoint.remove();
+        return;
+    }
+    let flushed = checkpoint.flush();
+    if quiet {
         return;
     }
     if let Err(failure) = flushed.as_ref().map_err(|failure| failure.to_string()) {
