@@ -208,7 +208,11 @@ fn plan_agrees(plan: &Value, result: &Value) {
     let found: Vec<Value> = sweep.iter().map(|row| serde_json::json!([row["gamma"], row["groups"]])).collect();
     assert_eq!(announced, found);
     assert_eq!(plan["problems"], sweep.iter().filter(|row| row.get("same_groups_as").is_none()).count());
-    assert_eq!(plan["warnings"], result["warnings"]);
+    // a fit may have something to add about the network that it found, and nothing else has
+    let (before, after) = (list(plan, "warnings"), list(result, "warnings"));
+    assert!(after.starts_with(before), "{after:?} after {before:?}");
+    let of_the_fit = |warning: &Value| warning.as_str().is_some_and(|words| words.starts_with("the network is "));
+    assert!(after[before.len()..].iter().all(of_the_fit), "{after:?} after {before:?}");
 }
 
 fn run_and_compare(scene: &Path) {
