@@ -90,7 +90,7 @@ fn systems(criterion: &mut Criterion, n: usize, cube: &Cube) {
     });
 
     let pattern = affine::pattern(&lattice.network, &body.dofs);
-    let order = body.spring_order(&pattern).expect("an order");
+    let order = body.spring_order(&lattice.network, &pattern).expect("an order");
     group.bench_function(id("analyse", n), |b| {
         b.iter(|| Symbolic::analyse(&pattern, order.clone()).expect("analysed"));
     });
