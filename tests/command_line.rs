@@ -22,7 +22,7 @@ fn list_shows_every_table() {
     let (_, json, _) = call(&["list", "--json"]);
     let tables: Value = serde_json::from_str(&json).unwrap();
     let tables = tables.as_object().unwrap();
-    assert_eq!(tables.len(), 11);
+    assert_eq!(tables.len(), 12);
     for (name, table) in tables {
         assert!(text.contains(name));
         let (status, one, _) = call(&["list", name]);

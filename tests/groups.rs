@@ -48,7 +48,7 @@ fn held_out(study: &Study) -> f64 {
 fn weakest(study: &Study) -> &Weakest {
     match &study.calibration.weakness {
         Weakness::Found(weakest) => weakest,
-        Weakness::NotLookedFor { not_looked_for } => panic!("{not_looked_for}"),
+        other => panic!("{other:?}"),
     }
 }
 
@@ -60,7 +60,7 @@ const CUBE: Body = Body { shape: "cube", geometry: "", face: "z-", largest: 2.21
 
 #[test]
 fn a_fit_on_one_load_opens_the_merged_torus_and_says_so() {
-    let springs = "[springs]\ngrouping = \"k_means\"\n[calibration]\nstarts = 3\n";
+    let springs = "[springs]\ngrouping = \"each\"\n";
     let says = |study: &Study| study.warnings.iter().any(|warning| warning.contains("nearly a mechanism"));
     let open = fit(&MERGED_TORUS, &["source"], springs);
     let found = weakest(&open);
@@ -71,8 +71,8 @@ fn a_fit_on_one_load_opens_the_merged_torus_and_says_so() {
     let sound = fit(&MERGED_TORUS, &FITTED, springs);
     let found = weakest(&sound);
     println!("four loads: held out {:.1} %, {found:?}", held_out(&sound));
-    assert!(held_out(&sound) < 25.0);
-    assert!(!says(&sound) && !found.near_mechanism && found.compliance_ratio < 1.5);
+    assert!(held_out(&sound) < 15.0);
+    assert!(!says(&sound) && !found.near_mechanism && found.compliance_ratio < 1.6);
 }
 
 #[test]

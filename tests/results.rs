@@ -213,9 +213,9 @@ fn plan_agrees(plan: &Value, result: &Value) {
         assert_eq!(announced, found);
     }
     assert_eq!(plan["problems"], sweep.iter().filter(|row| row.get("same_groups_as").is_none()).count());
-    // a run may find more to warn of, after what was known before
-    let told = list(plan, "warnings");
-    assert_eq!(told, &list(result, "warnings")[..told.len().min(list(result, "warnings").len())]);
+    // a run may find more to warn of: the accuracy of its solves, the network that it found, the motion
+    let (before, after) = (list(plan, "warnings"), list(result, "warnings"));
+    assert!(after.starts_with(before), "{after:?} after {before:?}");
 }
 
 fn run_and_compare(scene: &Path) {

@@ -13,8 +13,9 @@
 //! Over all loads that is no use: springs cannot follow waves as short as a cell, and sound networks of the torus
 //! have mu from 10 to 50 there (measured), as do those that are open. So f runs over the loads that are linear in
 //! the place x: pulls, torsions, bendings and stretches in all directions, 12 in space and 6 in the plane, a few solves. On the
-//! merged torus mu is then 2.4 to 3.7 for fits on the load of the source alone, whose errors on other loads are 37 to
-//! 67 %, and 1.0 to 1.4 for fits on four loads, with 15 to 20 %.
+//! merged torus mu is then 2.4 to 3.7 for fits on the load of the source alone, whose errors on other loads are 20 to
+//! 78 %, and 1.0 to 1.4 for fits on four loads, with 14 to 20 %; with one group a spring and a prior, 3.7 (77.5 %) and 1.4
+//! (13.9 %).
 //!
 //! With F made orthonormal in the energy of the continuum, F^T K_ref^-1 F = 1, mu is the largest eigenvalue of
 //! F^T K(phi)^-1 F.

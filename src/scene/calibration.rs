@@ -40,7 +40,7 @@ pub struct Calibration {
     /// Seed of every random number; the same seed gives the same result.
     pub seed: u64,
     /// Starting points of Gauss-Newton for each problem, 1 to 1000; default: 1 for one group, else 2 + 2 groups, at
-    /// most 32. The first is a tenth of the bounds.
+    /// most 32. The first is a tenth of the bounds. With 128 groups or more, or a prior, one start at a common stiffness.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub starts: Option<usize>,
     /// How strongly groups are drawn to a common value, percent, 0 or more: springs that differ from it by a factor of e

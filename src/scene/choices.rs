@@ -8,7 +8,7 @@ use crate::calibration::{objectives, optimiser};
 use crate::dynamics::integrator::INTEGRATORS;
 use crate::error::{Error, Result};
 use crate::reference::methods;
-use crate::springs::{formulas, grouping, profiles, topology};
+use crate::springs::{formulas, grouping, profiles, topology, weighting};
 
 use crate::geometry::meshes::MESH_SHAPES;
 use crate::geometry::shapes;
@@ -38,6 +38,7 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "shapes", key: "geometry.shape", choices: shape_choices },
     Kind { name: "methods", key: "reference.method", choices: method_choices },
     Kind { name: "topologies", key: "springs.topology", choices: topology_choices },
+    Kind { name: "weightings", key: "springs.weighting", choices: weighting_choices },
     Kind { name: "profiles", key: "springs.profile", choices: profile_choices },
     Kind { name: "groupings", key: "springs.grouping", choices: grouping_choices },
     Kind { name: "objectives", key: "calibration.objective", choices: objective_choices },
@@ -67,6 +68,10 @@ fn method_choices() -> Vec<Choice> {
 
 fn topology_choices() -> Vec<Choice> {
     topology::TOPOLOGIES.iter().map(|topology| Choice { name: topology.name, doc: topology.doc }).collect()
+}
+
+fn weighting_choices() -> Vec<Choice> {
+    weighting::WEIGHTINGS.iter().map(|&(name, doc)| Choice { name, doc }).collect()
 }
 
 fn profile_choices() -> Vec<Choice> {

@@ -24,7 +24,7 @@ pub struct Springs {
     /// A file with such pairs, one a line; a relative path starts at the folder of the scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub edge_file: Option<PathBuf>,
-    /// How often a spring counts.
+    /// How often a spring counts (`springfit list weightings`).
     pub weighting: Weighting,
     /// How stiffness runs through a group (`springfit list profiles`): what its springs share.
     #[schemars(extend("enum" = names("springs.profile")))]

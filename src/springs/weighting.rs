@@ -22,6 +22,15 @@ pub enum Weighting {
     Springs,
 }
 
+/// All weightings: the word in the scene, and what it does, in a line.
+pub const WEIGHTINGS: &[(&str, &str)] = &[
+    (
+        "cells",
+        "multiplicity: a spring counts once for each cell that contains it, as when every cell assembles its own",
+    ),
+    ("springs", "every spring counts once"),
+];
+
 impl Weighting {
     /// c_s.
     pub fn count(self, spring: &Spring) -> f64 {

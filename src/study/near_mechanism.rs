@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::calibration::softest::{Softest, linear_loads, softest};
 use crate::calibration::sweep::SweepProblem;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::reference::{Reference, statics, stiffness};
 use crate::sparse::cholesky::Symbolic;
 use crate::springs::solver::{SpringOperator, SpringSolver};
@@ -27,6 +27,13 @@ const PART: f64 = 0.5;
 pub enum Weakness {
     /// It was found.
     Found(Weakest),
+    /// The network has no accurate answer to some of the loads that were tried: it gives way without end.
+    Mechanism {
+        /// True.
+        near_mechanism: bool,
+        /// 0.
+        stiffness_ratio: f64,
+    },
     /// It was not looked for.
     NotLookedFor {
         /// Why.
@@ -57,7 +64,7 @@ pub struct Weakest {
 /// Looks for it. `solver` holds K(phi) of the problem.
 ///
 /// # Errors
-/// Where a solve is not accurate; those of the integration of the reference.
+/// Those of the integration and the solution of the reference.
 pub fn weakness(
     body: &Body,
     reference: &Reference,
@@ -77,7 +84,13 @@ pub fn weakness(
     let loads = linear_loads(body.positions(), &body.dofs);
     let columns: Vec<&[f64]> = loads.chunks_exact(body.dofs.len()).collect();
     let answers = statics::solve(stiffness, &symbolic, &columns)?.displacements.concat();
-    Ok(Weakness::Found(Weakest::of(body, softest(solver, loads, answers)?)))
+    match softest(solver, loads, answers) {
+        Ok(found) => Ok(Weakness::Found(Weakest::of(body, found))),
+        Err(Error::Inaccurate { .. } | Error::NotPositiveDefinite { .. }) => {
+            Ok(Weakness::Mechanism { near_mechanism: true, stiffness_ratio: 0.0 })
+        }
+        Err(other) => Err(other),
+    }
 }
 
 impl Weakest {
@@ -104,7 +117,15 @@ impl Weakest {
 impl Weakness {
     /// A word where the network is nearly a mechanism.
     pub fn warning(&self) -> Option<String> {
-        let Self::Found(found) = self else { return None };
+        let found = match self {
+            Self::Found(found) => found,
+            Self::NotLookedFor { .. } => return None,
+            Self::Mechanism { .. } => {
+                let words = "the network is a mechanism for some smooth load that was not fitted: fit more load cases, use \
+                             fewer groups, or set calibration.regularisation";
+                return Some(words.into());
+            }
+        };
         let [low, high] = found.region.map(|corner| corner.map(|x| format!("{x:.3}")).join(", "));
         found.near_mechanism.then(|| {
             format!(
