@@ -1,6 +1,6 @@
 //! A folder of results: one run at a time writes into it, and its files change together.
 //!
-//! All files of a run are first written beside the old ones, in [`STAGING`], and take their names when every one of them
+//! All files of a run are first written beside the old ones, in a folder of their own, and take their names when every one of them
 //! is on the disk. A disk that is full, or a folder that cannot be written to, therefore leaves the results of an earlier
 //! run as they were. The lock of the folder goes with its process, however that ends; what a killed one left behind is
 //! removed by the next.
