@@ -216,7 +216,9 @@ fn a_checkpoint_of_another_run_is_refused_by_name() {
     other.solver.tolerance = 1e-11;
     expect(refusal(&other), "was made with solver.tolerance = 1e-10, this run has 1e-11");
 
-    let changes: [(&str, fn(&mut Value)); 4] = [
+    /// Words of the refusal, and what is done to the file.
+    type Change = (&'static str, fn(&mut Value));
+    let changes: [Change; 4] = [
         ("was made by version 0.0.1, this is", |content| content["version"] = "0.0.1".into()),
         ("a file that the scene names has changed", |content| content["sweeps"][0]["inputs"] = "00".into()),
         ("has pieces of problems", |content| content["sweeps"][0]["pieces"][0][0]["problem"] = 77.into()),

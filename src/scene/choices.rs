@@ -164,8 +164,8 @@ mod tests {
         let calibration = super::super::Calibration::default();
         let springs = super::super::Springs::default();
         for (key, name) in [
+            ("springs.profile", springs.profile().to_owned()),
             ("springs.topology", springs.topology),
-            ("springs.profile", springs.profile),
             ("springs.grouping", springs.grouping),
             ("calibration.optimiser", calibration.optimiser().expect("displacement has one").to_owned()),
             ("calibration.objective", calibration.objective),

@@ -52,7 +52,7 @@ pub use parse::{Input, LARGEST_FILE, parse, read};
 pub use reference::{Kinematics, Plane, Reference};
 pub use resolve::resolve;
 pub use solver::Solver;
-pub use springs::{SpringSet, Springs};
+pub use springs::{ADAPTIVE, SpringSet, Springs};
 pub use states::{Acceleration, MatrixDistance, Snapshot};
 pub use support::{Support, Supports};
 pub use template::template;

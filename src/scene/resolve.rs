@@ -5,7 +5,7 @@ use crate::reference::methods::Method;
 use super::{Axis, Plane, Scene};
 
 /// Fills in what depends on the body, of `dimension` 2 or 3, and its method: extents, control points and degree of a shape
-/// (no degree under finite elements), cells of a mesh, the held components, in 2D plane and thickness, the optimiser, and the settings of the
+/// (no degree under finite elements), cells of a mesh, the held components, in 2D plane and thickness, the profile of the springs, the optimiser, and the settings of the
 /// objective.
 ///
 /// A body from a file keeps its own extents, control points and degree; they stay absent.
@@ -23,6 +23,7 @@ pub fn resolve(scene: &Scene, dimension: usize, method: &Method) -> Scene {
         geometry.size.get_or_insert_with(|| shape.default_size[..dimension].to_vec());
         geometry.cells.get_or_insert_with(|| shape.default_cells.to_vec());
     }
+    resolved.springs.profile = Some(resolved.springs.profile().to_owned());
     resolved.reference.method.get_or_insert_with(|| method.name.to_owned());
     for support in resolved.support.tables_mut() {
         support.components.get_or_insert_with(|| Axis::ALL[..dimension].to_vec());

@@ -11,6 +11,9 @@ use super::BoxRegion;
 use super::choices::names;
 use super::load::Place;
 
+/// The grouping whose groups are split while they are fitted.
+pub const ADAPTIVE: &str = "adaptive";
+
 /// `[springs]`: which springs there are and which of them share a stiffness.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -26,9 +29,11 @@ pub struct Springs {
     pub edge_file: Option<PathBuf>,
     /// How often a spring counts (`springfit list weightings`).
     pub weighting: Weighting,
-    /// How stiffness runs through a group (`springfit list profiles`): what its springs share.
+    /// How stiffness runs through a group (`springfit list profiles`): what its springs share; default constant, and
+    /// inverse_square for the grouping "adaptive".
     #[schemars(extend("enum" = names("springs.profile")))]
-    pub profile: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile: Option<String>,
     /// Which springs form a group (`springfit list groupings`); "length" uses `calibration.gamma`.
     #[schemars(extend("enum" = names("springs.grouping")))]
     pub grouping: String,
@@ -74,6 +79,14 @@ impl SpringSet {
     }
 }
 
+impl Springs {
+    /// The profile that is given, or the one that the grouping begins with.
+    pub fn profile(&self) -> &str {
+        let usual = if self.grouping == ADAPTIVE { "inverse_square" } else { "constant" };
+        self.profile.as_deref().unwrap_or(usual)
+    }
+}
+
 impl Default for Springs {
     fn default() -> Self {
         Self {
@@ -81,7 +94,7 @@ impl Default for Springs {
             edges: Vec::new(),
             edge_file: None,
             weighting: Weighting::default(),
-            profile: "constant".into(),
+            profile: None,
             grouping: "length".into(),
             groups: 16,
             max_error: None,

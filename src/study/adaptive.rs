@@ -23,8 +23,6 @@ use super::linear_fit;
 use super::network;
 
 /// The grouping of a scene that adapts.
-pub const NAME: &str = "adaptive";
-
 /// Starts of the first fit, unless the scene says otherwise.
 const STARTS: usize = 2;
 

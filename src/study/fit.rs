@@ -18,7 +18,7 @@ use crate::calibration::sweep::{self, Shared, Solved, SweepProblem};
 use crate::clock::{Interrupt, Progress};
 use crate::error::{Error, Result};
 use crate::reference::Reference;
-use crate::scene::Scene;
+use crate::scene::{ADAPTIVE, Scene};
 use crate::sparse::cholesky::Factor;
 use crate::sparse::condition::Accuracy;
 use crate::springs::affine::AffineStiffness;
@@ -156,7 +156,7 @@ pub(super) struct Cases {
 /// [`Error::Input`] for a name or gamma that is not allowed; those of the optimiser; [`Error::File`] for a checkpoint of
 /// another run or one that cannot be written.
 pub fn calibrate(given: Given, progress: &Progress, checkpoint: &Checkpoint) -> Result<Calibration> {
-    if given.scene.springs.grouping == adaptive::NAME {
+    if given.scene.springs.grouping == ADAPTIVE {
         return adaptive::calibrate(given, progress, checkpoint);
     }
     let (gammas, groupings) = group(given.scene, given.body, given.lattice)?;

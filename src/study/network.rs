@@ -134,7 +134,7 @@ fn with_edges(mut network: Network, scene: &Scene, body: &Body) -> Result<Networ
 /// # Errors
 /// [`Error::Input`] for an unknown name.
 pub fn profile(scene: &Scene) -> Result<&'static Profile> {
-    let name = &scene.springs.profile;
+    let name = scene.springs.profile();
     profiles::find(name).ok_or_else(|| {
         Error::input("springs.profile", format!("there is no profile {name}"), "see `springfit list profiles`")
     })

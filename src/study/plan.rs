@@ -23,7 +23,7 @@ use super::body::Body;
 use super::limits::Allowance;
 use super::loads::LoadCase;
 use super::network::Lattice;
-use super::{adaptive, body, fit, large, limits, linear_fit, loads, motion, network};
+use super::{body, fit, large, limits, linear_fit, loads, motion, network};
 
 /// Floating-point operations a second and core that supernodal factorisations of these sizes reach on a common machine;
 /// for estimates only.
@@ -120,7 +120,7 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     Allowance::of(&scene)?.admit("all of it", memory_bytes as f64)?;
     limits::time(&scene, seconds)?;
     let finest = groupings.iter().map(|g| g.groups.len()).max().unwrap_or(0);
-    let groups = if scene.springs.grouping == adaptive::NAME { finest.max(scene.springs.groups) } else { finest };
+    let groups = if scene.springs.grouping == scene::ADAPTIVE { finest.max(scene.springs.groups) } else { finest };
     let safe_step = motion::limits::before_calibration(&scene, &body, &lattice, &groupings)?;
     Ok(Plan {
         safe_step,

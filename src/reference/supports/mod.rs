@@ -1,7 +1,7 @@
 //! Do the supports hold the body?
 //!
 //! An elastic body in one piece moves without resistance only as a whole. The supports hold it when no rigid motion
-//! ([`rigid`]) leaves all held components at rest, that is when the rows of the rigid motions at the held components have
+//! (`rigid`) leaves all held components at rest, that is when the rows of the rigid motions at the held components have
 //! full rank. This is decided before anything is factored, because a factorisation of a singular matrix may succeed by
 //! rounding. The motions that are left are counted and named, and on demand held by as few components as it takes
 //! ([`hold_loose`]): the 3-2-1 rule of a free solid, two nodes of a free plate.

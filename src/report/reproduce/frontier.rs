@@ -25,7 +25,7 @@ use crate::study::body::{self, Body};
 use crate::study::checkpoint::Checkpoint;
 use crate::study::fit::{self, Calibration, Given};
 use crate::study::loads::LoadCase;
-use crate::study::{self, adaptive, network};
+use crate::study::{self, network};
 
 /// The word that asks for this table.
 pub const NAME: &str = "frontier";
@@ -192,8 +192,8 @@ impl Bench {
     /// Groups that adapt: one entry for each of [`GROUPS`].
     fn adaptive(&self, progress: &Progress) -> Result<Vec<Fit>> {
         let mut scene = self.scene.clone();
-        scene.springs.grouping = adaptive::NAME.into();
-        scene.springs.profile = "inverse_square".into();
+        scene.springs.grouping = scene::ADAPTIVE.into();
+        scene.springs.profile = Some("inverse_square".into());
         scene.springs.groups = GROUPS[GROUPS.len() - 1];
         let found = self.calibrate(&scene, progress)?;
         let last = found.ladder.last();

@@ -5,18 +5,16 @@ use crate::springs::grouping;
 
 use super::super::check_load::check_place;
 use super::super::choices::{known, names};
+use super::super::springs::ADAPTIVE;
 use super::super::{Gamma, GammaSweep, Kinematics, Scene, SpringSet, Springs};
 use super::{length, positive, within};
-
-/// The grouping that splits.
-const ADAPTIVE: &str = "adaptive";
 
 /// Most groups that a grouping may be asked for.
 const MOST_GROUPS: usize = 1_000_000;
 
 pub(super) fn check(springs: &Springs) -> Result<()> {
     known("springs.topology", &springs.topology, &names("springs.topology"))?;
-    known("springs.profile", &springs.profile, &names("springs.profile"))?;
+    known("springs.profile", springs.profile(), &names("springs.profile"))?;
     known("springs.grouping", &springs.grouping, &names("springs.grouping"))?;
     within("springs.groups", springs.groups, 1, MOST_GROUPS)?;
     if springs.topology == "list" && springs.edges.is_empty() && springs.edge_file.is_none() {
