@@ -62,3 +62,21 @@ pub fn global_strain(network: &Network, displacement: &[[f64; 3]]) -> f64 {
     });
     100.0 * changes.sum::<f64>() / network.springs.len() as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Found by fuzzing: the squares of displacements of 1e160 m are no numbers any more.
+    #[test]
+    fn errors_do_not_depend_on_the_unit_however_large() {
+        let dofs = DofMap::untied(2, &[[false; 3]; 2]);
+        let (reference, found) = ([3.0, -4.0, 1.0, 2.0], [3.5, -4.0, 0.5, 1.0]);
+        let expected = errors(&dofs, &reference, &found);
+        for power in [-300, -160, 160, 300] {
+            let unit = 2.0_f64.powi(power * 3);
+            let scaled = |u: [f64; 4]| u.map(|u| u * unit);
+            assert_eq!(errors(&dofs, &scaled(reference), &scaled(found)), expected, "{unit:e}");
+        }
+    }
+}
