@@ -22,7 +22,7 @@ fn list_shows_every_table() {
     let (_, json, _) = call(&["list", "--json"]);
     let tables: Value = serde_json::from_str(&json).unwrap();
     let tables = tables.as_object().unwrap();
-    assert_eq!(tables.len(), 12);
+    assert_eq!(tables.len(), 13);
     for (name, table) in tables {
         assert!(text.contains(name));
         let (status, one, _) = call(&["list", name]);
@@ -64,6 +64,7 @@ fn the_schema_knows_every_table_of_a_scene() {
         "converged",
         "dynamics",
         "geometry",
+        "limits",
         "load",
         "material",
         "name",
