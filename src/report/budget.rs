@@ -94,14 +94,35 @@ pub fn table(front: &Front, chosen: Option<usize>) -> String {
     text
 }
 
-/// Error against the time of a step and against that of the calibration, each resolution a curve over its groups.
+/// Numbers of groups are written beside points this many times apart, so that they can be read.
+const APART: f64 = 1.8;
+
+/// Error against the time of a step and against that of the calibration, each resolution a curve over its groups, and the
+/// Pareto front of error and step.
 pub fn svg(front: &Front) -> String {
     let mut resolutions: Vec<&[usize]> = front.points.iter().map(|point| point.control_points.as_slice()).collect();
     resolutions.dedup();
     let curve = |of: &[usize], what: &str, time: fn(&Point) -> f64| {
-        let points = front.points.iter().filter(|point| point.control_points == of);
-        let points = points.map(|point| (time(point), point.error, point.groups.to_string()));
+        let mut next = 0.0;
+        let points = front.points.iter().filter(|point| point.control_points == of).map(|point| {
+            let groups = point.groups as f64;
+            let shown = groups >= next;
+            next = if shown { APART * groups } else { next };
+            (time(point), point.error, if shown { point.groups.to_string() } else { String::new() })
+        });
         Series { name: format!("{}, {what}", grid(of)), points: points.collect() }
+    };
+    let mut best: Vec<(f64, f64)> = resolutions.iter().map(|of| least(front, of)).collect();
+    best.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut lowest = f64::INFINITY;
+    best.retain(|&(_, error)| {
+        let lower = error < lowest;
+        lowest = lowest.min(error);
+        lower
+    });
+    let best = Series {
+        name: "Pareto front of error and step".to_owned(),
+        points: best.into_iter().map(|(time, error)| (time, error, String::new())).collect(),
     };
     let steps = resolutions.iter().map(|of| curve(of, "a step", |point| point.step_seconds));
     let fits = resolutions.iter().map(|of| curve(of, "calibration", |point| point.calibration_seconds));
@@ -110,7 +131,13 @@ pub fn svg(front: &Front) -> String {
         time: "seconds of a step, seconds of the calibration",
         error: "e_rms %",
     };
-    chart::svg(&labels, &steps.chain(fits).collect::<Vec<_>>())
+    chart::svg(&labels, &steps.chain(fits).chain([best]).collect::<Vec<_>>())
+}
+
+/// Time of a step and smallest error of a resolution.
+fn least(front: &Front, of: &[usize]) -> (f64, f64) {
+    let points = front.points.iter().filter(|point| point.control_points == of);
+    points.fold((0.0, f64::INFINITY), |least, point| (point.step_seconds, least.1.min(point.error)))
 }
 
 /// A grid as people write it.

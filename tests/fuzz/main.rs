@@ -7,7 +7,7 @@
 //! SPRINGFIT_FUZZ_CASES=1000000 cargo test --release --test fuzz -- --nocapture
 //! ```
 //!
-//! runs more; a hundredth of that number for whole scenes. A case that was found by fuzzing stays as a test of its own.
+//! runs more; a tenth of that number for whole scenes. A case that was found by fuzzing stays as a test of its own.
 
 mod damage;
 mod files;

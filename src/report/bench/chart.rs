@@ -77,7 +77,12 @@ fn draw<'a>(root: &Area<'a>, labels: &Labels, series: &[Series], width: u32) -> 
             EmptyElement::at((point.0, point.1)) + Text::new(point.2.clone(), (6, -14), ("sans-serif", 13))
         }))?;
     }
-    chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK).draw()
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .background_style(WHITE.mix(0.8))
+        .border_style(BLACK)
+        .draw()
 }
 
 /// A range that holds all values, widened so that no curve lies on the frame.
