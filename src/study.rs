@@ -39,7 +39,7 @@ use crate::error::{Error, Result};
 use crate::export::motion::Recorded;
 use crate::export::{self, Calibrated, EXPORTERS};
 use crate::reference::Reference;
-use crate::scene::Scene;
+use crate::scene::{Model, Scene};
 use crate::springs::solver;
 
 use body::Body;
@@ -95,8 +95,9 @@ impl Study {
             .collect();
         let moving = self.dynamics.as_ref().map(|data| &data.dofs);
         let moved = self.dynamics.iter().flat_map(|data| &data.motions);
+        let of_body = self.scene.dynamics.as_ref().is_some_and(|dynamics| dynamics.model == Model::Reference);
         let motions: Vec<Recorded> =
-            moved.map(|moved| Recorded { alpha: moved.alpha, motion: &moved.motion, dofs: moving }).collect();
+            moved.map(|moved| Recorded { alpha: moved.alpha, motion: &moved.motion, dofs: moving, of_body }).collect();
         let calibrated = Calibrated {
             name: &self.scene.name,
             body: self.body.continuum.exported(),
@@ -160,6 +161,7 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
     let mut reference = solve_reference(&body, &loads, progress)?;
     loads::scale(&scene, &mut loads, &mut reference);
     large::answer(&scene, &body, &loads, &mut reference, progress)?;
+    loads::check_answers(&reference)?;
     timed("reference", watch);
 
     let watch = Stopwatch::start();

@@ -150,3 +150,21 @@ fn what_does_not_move_has_no_files_of_a_motion_and_a_full_folder_is_an_error() {
     still.dynamics.as_mut().expect("it moves").motions.clear();
     assert!(exported(&still, folder.path()).is_empty());
 }
+
+#[test]
+fn a_body_of_finite_elements_that_moves_is_shown_by_its_cells() {
+    let text = "[geometry]\nshape = \"rectangle\"\ncells = [3, 2]\n\
+                [material]\nyoung = 15e3\npoisson = 0.3\ndensity = 1143.0\n[support]\nfaces = [\"x-\"]\n\
+                [[load]]\nforce_per_node = [0.0, -50.0]\n[reference]\nmethod = \"t3\"\nkinematics = \"corotational\"\n\
+                [dynamics]\nmodel = \"reference\"\nsteps = 4\nstep = 1e-3\nframes = 2\n";
+    let scene = scene::parse(&Source { name: "membrane".into(), text: text.into() }).expect("a valid scene");
+    let study = study::run(&scene, &Progress::default()).expect("a motion");
+    let folder = tempfile::tempdir().expect("a folder");
+    let files = exported(&study, folder.path());
+    let frames: Vec<&String> = files.iter().filter(|name| name.ends_with(".vtu")).collect();
+    assert!(frames.len() >= 2, "{files:?}");
+    for name in frames {
+        // two triangles a cell
+        assert_eq!(attributes(&read(folder.path(), name), "NumberOfCells=\""), ["12"], "{name}");
+    }
+}

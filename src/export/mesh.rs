@@ -18,7 +18,7 @@ pub fn document(mesh: &Mesh, results: &Calibrated) -> Vec<u8> {
 }
 
 /// The cells with their type numbers.
-fn cells(mesh: &Mesh) -> Cells {
+pub(super) fn cells(mesh: &Mesh) -> Cells {
     let mut cells = Cells::default();
     for cell in 0..mesh.cells() {
         let kind = match mesh.kind(cell) {

@@ -3,7 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | `motion.pvd` | the times and the files of the frames: what ParaView opens |
-//! | `motion/frame_N.vtu` | the network where it is at record N, with `displacement` (m) and `strain` of each spring (percent) |
+//! | `motion/frame_N.vtu` | the network where it is at record N, with `displacement` (m) and `strain` of each spring (percent); where a body of finite elements itself moves, its cells |
 //! | `motion.csv` | a row for each record: time (s), global strain (4.17) (percent), energies (J) |
 //! | `motion_energy.svg` | the energies over time |
 //! | `strain.svg` | the global strain over time, one curve for each alpha |
@@ -21,7 +21,7 @@ use crate::geometry::dofs::DofMap;
 
 use super::plot::{self, Curve, Labels};
 use super::vtu::{self, Cells, Field, UnstructuredGrid};
-use super::{Calibrated, write};
+use super::{Body, Calibrated, mesh, write};
 
 /// A motion and the damping that it was made with.
 #[derive(Debug, Clone, Copy)]
@@ -32,6 +32,8 @@ pub struct Recorded<'a> {
     pub motion: &'a Motion,
     /// The degrees of freedom of its frames; those of the results when absent.
     pub dofs: Option<&'a DofMap>,
+    /// Whether it is the body that moved, and not the network.
+    pub of_body: bool,
 }
 
 /// The columns of `motion.csv`.
@@ -88,7 +90,7 @@ pub fn write(results: &Calibrated, folder: &Path) -> Result<Vec<PathBuf>> {
         let mut frames = Vec::new();
         for (number, u) in one.motion.frames.iter().enumerate() {
             let name = format!("{stem}/frame_{number:05}.vtu");
-            put(name.clone(), &frame(results, one.dofs.unwrap_or(results.dofs), u))?;
+            put(name.clone(), &frame(results, one, u))?;
             frames.push(name);
         }
         put(format!("{stem}.pvd"), list(&one.motion.times, &frames).as_bytes())?;
@@ -101,12 +103,17 @@ pub fn write(results: &Calibrated, folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The network displaced by u over the free degrees of freedom, as a .vtu file.
-fn frame(results: &Calibrated, dofs: &DofMap, u: &[f64]) -> Vec<u8> {
+/// What moved, displaced by u over the free degrees of freedom, as a .vtu file.
+fn frame(results: &Calibrated, one: &Recorded, u: &[f64]) -> Vec<u8> {
     let network = results.network;
-    let displacement = dofs.expand(u);
+    let displacement = one.dofs.unwrap_or(results.dofs).expand(u);
     let moved = network.positions.iter().zip(&displacement).map(|(x, u)| [x[0] + u[0], x[1] + u[1], x[2] + u[2]]);
     let points: Vec<[f64; 3]> = moved.collect();
+    let point_fields = vec![Field::vector("displacement", &displacement)];
+    if let (true, Body::Mesh(mesh)) = (one.of_body, results.body) {
+        let cells = mesh::cells(mesh);
+        return vtu::document(&UnstructuredGrid { points, cells, point_fields, cell_fields: vec![] });
+    }
     let strain = network.springs.iter().map(|spring| {
         let [a, b] = spring.nodes.map(|node| points[node as usize]);
         let length = (0..3).map(|c| (b[c] - a[c]).powi(2)).sum::<f64>().sqrt();
@@ -116,7 +123,7 @@ fn frame(results: &Calibrated, dofs: &DofMap, u: &[f64]) -> Vec<u8> {
     vtu::document(&UnstructuredGrid {
         points,
         cells: Cells::equal(vtu::LINE, 2, network.springs.iter().flat_map(|spring| spring.nodes).collect()),
-        point_fields: vec![Field::vector("displacement", &displacement)],
+        point_fields,
         cell_fields: vec![strain],
     })
 }

@@ -263,12 +263,15 @@ impl Case {
 
     /// The case with this displacement under these forces, both over the free degrees of freedom.
     pub fn new(dofs: &DofMap, forces: &[f64], displacement: Vec<f64>) -> Self {
+        // a power of two in front of all keeps the squares of very small and very large ones in range, and every digit
+        let largest = displacement.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+        let unit = if largest > 0.0 && largest.is_finite() { largest.log2().floor().exp2() } else { 1.0 };
         let squares: Vec<f64> =
-            dofs.expand(&displacement).iter().map(|u| u.iter().map(|c| c * c).sum::<f64>()).collect();
+            dofs.expand(&displacement).iter().map(|u| u.iter().map(|c| (c / unit).powi(2)).sum::<f64>()).collect();
         Self {
             compliance: forces.iter().zip(&displacement).map(|(f, u)| f * u).sum(),
-            u_max: squares.iter().fold(0.0, |most: f64, &s| most.max(s)).sqrt(),
-            u_norm2: squares.iter().sum::<f64>().sqrt(),
+            u_max: unit * squares.iter().fold(0.0, |most: f64, &s| most.max(s)).sqrt(),
+            u_norm2: unit * squares.iter().sum::<f64>().sqrt(),
             displacement,
         }
     }

@@ -105,6 +105,20 @@ fn field(load: &scene::Load) -> Option<Field> {
     torsion.or(bending).or(load.radial.map(|_| Field::Radial)).or(random)
 }
 
+/// Refuses loads under which the continuum stays where it is: no error could be told relative to that.
+///
+/// # Errors
+/// [`Error::Input`] at `load[i]`.
+pub fn check_answers(reference: &Reference) -> Result<()> {
+    match reference.cases.iter().position(|case| case.u_max.is_nan() || case.u_max <= 0.0) {
+        None => Ok(()),
+        Some(i) => {
+            let message = "the continuum does not move under it as far as numbers can tell";
+            Err(Error::input(format!("load[{i}]"), message, "a larger force, or a softer material"))
+        }
+    }
+}
+
 /// Scales the loads that ask for it to their largest displacement of the continuum, and its answers with them.
 pub fn scale(scene: &Scene, loads: &mut [LoadCase], reference: &mut Reference) {
     for ((given, case), answer) in scene.load.iter().zip(loads).zip(&mut reference.cases) {

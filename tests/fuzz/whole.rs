@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use springfit::clock::Progress;
 use springfit::error::Error;
 use springfit::rng::Stream;
-use springfit::scene::{Gamma, Scene};
+use springfit::scene::{self, Gamma, Scene};
 use springfit::study::{self, Study};
 
 use super::memory::measured;
@@ -182,4 +182,27 @@ fn whole_scenes_changed_at_random() {
         "whole scenes: {cases} cases of seed {SEED}, {runs} could be read, {good} ended with a result, at most {most} bytes, at most {longest:.3} s"
     );
     assert!(good > 0, "some changes are harmless");
+}
+
+/// Found with 10,000 cases: forces so small that the continuum does not move as far as numbers can tell.
+#[test]
+fn a_load_too_small_to_move_anything_is_refused_or_answered_with_numbers() {
+    let corpus = scenes::corpus();
+    for name in ["twisted_bar.toml", "cantilever.toml", "cube.toml"] {
+        let (path, bytes) = corpus.iter().find(|(path, _)| path.ends_with(name)).expect("a scene");
+        let scene = scenes::read(bytes).expect("a good scene");
+        let mut scene = shortened(scene, path.parent().expect("a folder")).expect("a small scene");
+        scene.dynamics = None;
+        for tiny in [1e-160, 1e-310] {
+            let mut load = scene::Load::force_per_node(vec![tiny, -tiny, tiny]);
+            load.fit = true;
+            scene.load = vec![load];
+            match study::run(&scene, &Progress::default()) {
+                Ok(study) => assert_numbers(&study, name),
+                Err(error) => {
+                    assert!([2, 3].contains(&error.exit_status()) && error.help().is_some(), "{name}: {error}")
+                }
+            }
+        }
+    }
 }

@@ -257,9 +257,9 @@ fn growth(subject: &Subject, alpha: f64, step: f64) -> Result<Option<f64>> {
 pub fn plots(rows: &[Comparison]) -> Vec<(String, String)> {
     let bodies = rows.chunk_by(|a, b| (a.table, a.body) == (b.table, b.body));
     let plot = |rows: &[Comparison]| {
-        let recorded = rows
-            .iter()
-            .filter_map(|row| Some(Recorded { alpha: Some(row.alpha), motion: row.motion.as_ref()?, dofs: None }));
+        let recorded = rows.iter().filter_map(|row| {
+            Some(Recorded { alpha: Some(row.alpha), motion: row.motion.as_ref()?, dofs: None, of_body: false })
+        });
         let recorded: Vec<Recorded> = recorded.collect();
         let name = format!("experiment {}, {}", rows[0].table, rows[0].body);
         (format!("{}.svg", name.replace([' ', ','], "_").replace("__", "_")), strains(&name, &recorded))
