@@ -106,7 +106,12 @@ fn no_null(value: &Value, key: &str) {
 }
 
 fn result_is_as_promised(result: &Value) {
-    has_keys(result, RESULT, &["dynamics", "converged", "budget"]);
+    has_keys(result, RESULT, &["dynamics", "converged", "budget", "mesh"]);
+    assert_eq!(result["mesh"].is_object(), result["reference"]["method"] != "iga");
+    if let Some(mesh) = result["mesh"].as_object() {
+        let ratio = |value: &Value| value.as_f64().is_some_and(|ratio| ratio > 0.0 && ratio <= 1.0 + 1e-12);
+        assert!(ratio(&mesh["least_measure_ratio"][0]) && ratio(&mesh["least_domain_ratio"]), "{mesh:?}");
+    }
     assert_eq!(result["schema"], "springfit-result/1");
     assert_eq!(result["version"], env!("CARGO_PKG_VERSION"));
     for key in ["dynamics", "converged", "budget"] {

@@ -14,6 +14,7 @@ use crate::reference::Path;
 use crate::report::budget::{self, Budget};
 use crate::report::converged::{self, Converged};
 use crate::report::ladder;
+use crate::report::mesh::{self, MeshQuality};
 use crate::report::motion::Dynamics;
 use crate::scene::Scene;
 use crate::study::near_mechanism::Weakness;
@@ -29,6 +30,9 @@ pub struct Document<'a> {
     threads: usize,
     scene: &'a Scene,
     sizes: Sizes,
+    /// How good the mesh is; absent for a patch.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mesh: Option<MeshQuality>,
     loads: Vec<LoadCase<'a>>,
     reference: Reference,
     calibration: Calibration<'a>,
@@ -205,6 +209,8 @@ impl<'a> Document<'a> {
             threads: rayon::current_num_threads(),
             scene: &study.scene,
             sizes: Sizes::of(&study.body, &study.lattice, found.grouping.groups.len()),
+            // a body that was calibrated has integration points
+            mesh: mesh::of(&study.body).unwrap_or_default(),
             loads: loads(study),
             reference: reference(study),
             calibration: calibration(study),

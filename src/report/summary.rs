@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::calibration::errors::Errors;
 use crate::memory;
-use crate::report::{budget, converged, ladder, motion};
+use crate::report::{budget, converged, ladder, mesh, motion};
 use crate::study::Study;
 use crate::study::near_mechanism::Weakness;
 use crate::study::plan::{Plan, Sizes};
@@ -24,6 +24,9 @@ pub fn run(study: &Study) -> String {
         study.scene.name,
         sizes(&Sizes::of(&study.body, &study.lattice, found.grouping.groups.len()))
     ));
+    if let Some(quality) = mesh::of(&study.body).unwrap_or_default() {
+        line(quality.summary());
+    }
     line(format!(
         "reference: {}, measure {:.6}, u_max {:.6} m, backward error {:.1e}{}, {:.3} s",
         study.body.method.name,

@@ -7,6 +7,7 @@ use crate::bodies::{SIZE, reference_numbers};
 use springfit::clock::Progress;
 use springfit::geometry::dofs::FIXED;
 use springfit::reference::Reference;
+use springfit::report::mesh;
 use springfit::scene::{self, Scene};
 use springfit::study;
 use springfit::study::body::{self, Body};
@@ -129,4 +130,16 @@ fn the_parts_of_a_ball_make_its_surface() {
     assert!(parts[4] > parts[0], "its edges are free, theirs partly held: {parts:?}");
     let surface = on("surface");
     assert!((parts.iter().sum::<f64>() / surface - 1.0).abs() < 1e-12, "{parts:?} {surface}");
+}
+
+#[test]
+fn the_quality_of_a_mesh_is_told_and_falls_with_its_distortion() {
+    let of = |name: &str| mesh::of(&body::build(&scene(name, &[])).expect("a body")).expect("sound").expect("a mesh");
+    let (regular, distorted) = (of("beam_regular.toml"), of("beam_distorted.toml"));
+    // all tetrahedra of a regular box are alike, and a face of the boundary has a quarter of one, others two quarters
+    assert!((regular.least_measure_ratio.0 - 1.0).abs() < 1e-12, "{regular:?}");
+    let expected = 0.25 * regular.domains as f64 / regular.cells as f64;
+    assert!((regular.least_domain_ratio - expected).abs() < 1e-12, "{regular:?}, {expected}");
+    assert!(distorted.least_measure_ratio.0 < 0.8 && distorted.least_angle < regular.least_angle, "{distorted:?}");
+    assert!(distorted.least_domain_ratio < regular.least_domain_ratio, "{distorted:?}");
 }
