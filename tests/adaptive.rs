@@ -131,6 +131,17 @@ fn a_ladder_ends_where_the_scene_says() {
     assert_eq!(study.calibration.sweep[0].outcome.stop.name(), "held_out_rises");
 }
 
+/// A circle of 5 x 5 control points has 40 displacements under one load, and 72 springs.
+#[test]
+fn more_groups_than_displacements_can_tell_apart_end_the_ladder_and_keep_its_network() {
+    let mut scene = scene("circle", &[5, 5], "groups = 1000");
+    scene.load.truncate(1);
+    let found = run(&scene).calibration;
+    let last = found.ladder.last().expect("a rung");
+    assert!(last.groups <= 72 && last.error < found.ladder[0].error, "{last:?}");
+    assert!(found.phi.iter().all(|phi| phi.is_finite()) && found.fitted.e_rms.is_finite());
+}
+
 /// Several groups split at once from 16 on, and the adjoint blocks of a solid are large enough to be divided.
 #[test]
 fn the_bits_do_not_depend_on_the_number_of_threads() {

@@ -107,7 +107,8 @@ pub struct Ladder {
 /// Climbs from the groups `start`.
 ///
 /// # Errors
-/// [`Error::NotPositiveDefinite`] when no start has a stiff network; where a solve is not accurate; on interruption.
+/// [`Error::NotPositiveDefinite`] when no start has a stiff network; where a solve of the first groups is not accurate; on
+/// interruption.
 pub fn climb(
     ground: Ground,
     solver: &solver::Settings,
@@ -127,12 +128,14 @@ pub fn climb(
             ladder.stop = stop;
             break;
         }
-        match climb_one(&mut worker, limits, progress)? {
-            Some(done) => splits = done,
-            None => {
+        match climb_one(&mut worker, limits, progress) {
+            Ok(Some(done)) => splits = done,
+            // with about as many groups as there are displacements the columns no longer tell them apart
+            Ok(None) | Err(Error::Inaccurate { .. }) => {
                 ladder.stop = Stop::NoDescent;
                 break;
             }
+            Err(other) => return Err(other),
         }
     }
     Ok(ladder)
