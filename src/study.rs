@@ -26,6 +26,7 @@ pub mod limits;
 pub mod linear_fit;
 pub mod loads;
 pub mod matrix_profile;
+pub mod mesh_quality;
 pub mod motion;
 pub mod near_mechanism;
 pub mod network;
@@ -46,6 +47,7 @@ use body::Body;
 use checkpoint::Checkpoint;
 use fit::{Calibration, Given};
 use loads::LoadCase;
+use mesh_quality::MeshQuality;
 use network::Lattice;
 
 /// All that a run found.
@@ -54,6 +56,8 @@ pub struct Study {
     pub scene: Scene,
     /// The body.
     pub body: Body,
+    /// How good its mesh is; none of a patch.
+    pub mesh: Option<MeshQuality>,
     /// The load cases in the order of the scene.
     pub loads: Vec<LoadCase>,
     /// The solved continuum; `reference.cases[i]` belongs to `loads[i]`.
@@ -145,6 +149,7 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
     progress.enter("body and loads", 0);
     limits::before_the_body(scene)?;
     let body = body::build(scene)?;
+    let mesh = mesh_quality::of(&body)?;
     let scene = body.resolved.clone();
     let mut loads = loads::build(&scene, &body)?;
     timed("geometry", watch);
@@ -209,6 +214,7 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
     Ok(Study {
         scene,
         body,
+        mesh,
         loads,
         reference,
         lattice,

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::calibration::linear::Reduced;
 use crate::calibration::objectives::displacement::Displacement;
 use crate::calibration::optimiser::Outcome;
-use crate::calibration::pieces::{Kept, Piece, Stage};
+use crate::calibration::pieces::{Kept, NOTHING, Piece, Stage};
 use crate::calibration::prior::Prior;
 use crate::clock::Progress;
 use crate::error::Result;
@@ -120,7 +120,19 @@ pub struct Problem<'a> {
     pub kept: &'a Kept<'a>,
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
+    /// A problem of which nothing is known but its objective, and whose pieces nobody keeps: a search inside another.
+    pub fn bare(
+        make: &'a (dyn Fn() -> Box<dyn Objective + 'a> + Sync),
+        upper: &'a [f64],
+        (seed, index): (u64, usize),
+        side_by_side: bool,
+        progress: &'a Progress,
+    ) -> Self {
+        let (displacement, linear, prior, kept) = (None, None, None, &NOTHING);
+        Self { make, displacement, linear, prior, upper, seed, index, side_by_side, progress, kept }
+    }
+
     /// Does the pieces of one stage; outcomes in their order.
     pub fn pieces(
         &self,

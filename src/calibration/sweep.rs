@@ -12,7 +12,7 @@ use crate::calibration::objectives::large::{self, LargeDisplacement};
 use crate::calibration::objectives::linear::Linear;
 use crate::calibration::optimiser::{Optimiser, Outcome, Settings};
 use crate::calibration::optimisers::gauss_newton;
-use crate::calibration::pieces::{Kept, NOTHING, Piece, Stage};
+use crate::calibration::pieces::{Kept, Piece, Stage};
 use crate::calibration::prior::{Prior, Regularised};
 use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
@@ -118,95 +118,101 @@ pub fn exact(operator: &SpringOperator, search: &solver::Settings) -> solver::Se
 ///
 /// # Errors
 /// The first error of a problem, in their order.
-pub fn solve(
-    problems: &[SweepProblem],
-    shared: Shared,
-    optimiser: &Optimiser,
-    settings: &Settings,
+pub fn solve<'a>(
+    problems: &'a [SweepProblem<'a>],
+    shared: Shared<'a>,
+    optimiser: &'a Optimiser,
+    settings: &'a Settings,
     seed: u64,
-    progress: &Progress,
+    progress: &'a Progress,
 ) -> Result<Vec<Solved>> {
     // a solve on a grid uses all threads itself, and its workers are large: one at a time
     let side_by_side = problems.iter().all(|problem| matches!(problem.operator, SpringOperator::Assembled { .. }));
-    let solve_one = |i: usize| -> Result<Solved> {
-        let problem = &problems[i];
+    let solve_one = |i: usize| {
         let watch = Stopwatch::start();
-        let target_beside = |reference| Target {
-            operator: &problem.operator,
-            upper: &problem.upper,
-            forces: shared.forces,
-            reference,
-            weights: shared.weights,
-        };
-        let worker_beside = |reference| {
-            Displacement::with_solver(target_beside(reference), shared.solver).watching(&progress.interrupt())
-        };
-        let worker = || worker_beside(shared.reference);
+        let one = One { problem: &problems[i], shared, optimiser, settings, seed, side_by_side, progress };
+        one.confirmed(one.answer()?, watch)
+    };
+    each(side_by_side, problems.len(), solve_one).into_iter().collect()
+}
+
+/// One problem and what it is solved with.
+struct One<'a> {
+    problem: &'a SweepProblem<'a>,
+    shared: Shared<'a>,
+    optimiser: &'a Optimiser,
+    settings: &'a Settings,
+    seed: u64,
+    side_by_side: bool,
+    progress: &'a Progress,
+}
+
+impl<'a> One<'a> {
+    /// The linear problem beside these displacements of the continuum.
+    fn target(&self, reference: &'a [f64]) -> Target<'a> {
+        let Shared { forces, weights, .. } = self.shared;
+        Target { operator: &self.problem.operator, upper: &self.problem.upper, forces, reference, weights }
+    }
+
+    /// A worker of it.
+    fn worker(&self, reference: &'a [f64]) -> Displacement<'a> {
+        let worker = Displacement::with_solver(self.target(reference), self.shared.solver);
+        worker.watching(&self.progress.interrupt())
+    }
+
+    /// What the optimiser finds, or has found before.
+    fn answer(&self) -> Result<Outcome> {
+        let Self { problem, shared, optimiser, settings, seed, side_by_side, progress } = *self;
+        let (upper, index, kept, prior) = (&problem.upper[..], problem.index, shared.kept, problem.prior.as_ref());
+        let whole = Piece { problem: index, stage: Stage::Answer, number: 0 };
+        let worker = || self.worker(shared.reference);
         let given = |make, displacement, linear| -> Result<Outcome> {
-            let (upper, index, kept) = (&problem.upper[..], problem.index, shared.kept);
-            let prior = problem.prior.as_ref();
-            kept.or(Piece { problem: index, stage: Stage::Answer, number: 0 }, || {
-                let all =
-                    Problem { make, displacement, linear, prior, upper, seed, index, side_by_side, progress, kept };
-                (optimiser.run)(&all, settings)
-            })
+            let all = Problem { make, displacement, linear, prior, upper, seed, index, side_by_side, progress, kept };
+            kept.or(whole, || (optimiser.run)(&all, settings))
         };
-        let outcome = match &problem.search {
-            Search::Large(target) => {
-                let turning = || -> Result<Outcome> {
-                    let Shared { forces, reference, weights, .. } = shared;
-                    let cases = large::Cases { forces, reference, weights };
-                    let linear = || worker_beside(target.linear);
-                    let nonlinear = || LargeDisplacement::new(*target, cases, &progress.interrupt());
-                    let (upper, index, kept) = (&problem.upper[..], problem.index, &NOTHING);
-                    let make = || -> Box<dyn Objective> { Box::new(linear()) };
-                    let displacement = None;
-                    let all = Problem {
-                        make: &make,
-                        displacement,
-                        linear: None,
-                        prior: None,
-                        upper,
-                        seed,
-                        index,
-                        side_by_side,
-                        progress,
-                        kept,
-                    };
-                    let first = (optimiser.run)(&Problem { displacement: Some(&linear), ..all }, settings)?;
-                    let mut even = gauss_newton::start(&all, 1);
-                    let mut worker = linear();
-                    worker.error(&even)?;
-                    worker.fit_scale(&mut even);
-                    let make = || -> Box<dyn Objective> { Box::new(nonlinear()) };
-                    let mut found = gauss_newton::from(&Problem { make: &make, ..all }, settings, &[first.phi, even])?;
-                    found.counts += first.counts;
-                    Ok(found)
-                };
-                shared.kept.or(Piece { problem: problem.index, stage: Stage::Answer, number: 0 }, turning)
-            }
-            Search::Displacement => match &problem.prior {
+        match &problem.search {
+            Search::Large(target) => kept.or(whole, || self.turning(target)),
+            Search::Displacement => match prior {
                 None => given(&|| Box::new(worker()), Some(&worker), None),
                 Some(prior) => given(&|| Box::new(Regularised::new(worker(), prior)), Some(&worker), None),
             },
             Search::Linear(reduced) => given(&|| Box::new(Linear::new(reduced, &problem.upper)), None, Some(reduced)),
             Search::Known(phi) => Ok(Outcome::known(phi.clone())),
-        }?;
+        }
+    }
+
+    /// Gauss-Newton under large displacements, from the linear answer and from one stiffness for all groups.
+    fn turning(&self, target: &large::Target) -> Result<Outcome> {
+        let Self { problem, shared, optimiser, settings, seed, side_by_side, progress } = *self;
+        let Shared { forces, reference, weights, .. } = shared;
+        let cases = large::Cases { forces, reference, weights };
+        let (upper, place) = (&problem.upper[..], (seed, problem.index));
+        let linear = || self.worker(target.linear);
+        let make = || -> Box<dyn Objective> { Box::new(linear()) };
+        let small = Problem::bare(&make, upper, place, side_by_side, progress);
+        let mut even = gauss_newton::start(&small, 1);
+        let first = (optimiser.run)(&Problem { displacement: Some(&linear), ..small }, settings)?;
+        let mut worker = linear();
+        worker.error(&even)?;
+        worker.fit_scale(&mut even);
+        let make = || -> Box<dyn Objective> { Box::new(LargeDisplacement::new(*target, cases, &progress.interrupt())) };
+        let large = Problem::bare(&make, upper, place, side_by_side, progress);
+        let mut found = gauss_newton::from(&large, settings, &[first.phi, even])?;
+        found.counts += first.counts;
+        Ok(found)
+    }
+
+    /// The answer, solved afresh.
+    fn confirmed(&self, outcome: Outcome, watch: Stopwatch) -> Result<Solved> {
+        let Self { problem, shared, .. } = *self;
         if let Search::Large(_) = problem.search {
             let (displacement, error_difference) = (Vec::new(), None);
             return Ok(Solved { outcome, displacement, error_difference, seconds: watch.seconds() });
         }
         let settings = exact(&problem.operator, shared.solver);
-        let mut exact =
-            Displacement::with_solver(target_beside(shared.reference), &settings).watching(&progress.interrupt());
-        let error = exact.error(&outcome.phi).map_err(|error| match (error, problem.operator.assembled()) {
-            (Error::NotPositiveDefinite { dof }, Some((stiffness, symbolic))) => {
-                mechanism::of_groups("fitted network", stiffness, &outcome.phi, shared.dofs, symbolic)
-                    .err()
-                    .unwrap_or(Error::NotPositiveDefinite { dof })
-            }
-            (other, _) => other,
-        })?;
+        let exact = Displacement::with_solver(self.target(shared.reference), &settings);
+        let mut exact = exact.watching(&self.progress.interrupt());
+        let error = exact.error(&outcome.phi).map_err(|error| self.loose(error, &outcome.phi))?;
         let error = problem.prior.as_ref().map_or(error, |prior| prior.with(error, &outcome.phi));
         let error_difference = match problem.search {
             Search::Displacement if error > 0.0 => Some((outcome.error - error).abs() / error),
@@ -215,8 +221,19 @@ pub fn solve(
         };
         let displacement = exact.displacement().to_vec();
         Ok(Solved { outcome, displacement, error_difference, seconds: watch.seconds() })
-    };
-    each(side_by_side, problems.len(), solve_one).into_iter().collect()
+    }
+
+    /// The ways to move of a network that a fit left without stiffness, where they can be counted.
+    fn loose(&self, error: Error, phi: &[f64]) -> Error {
+        match (&error, self.problem.operator.assembled()) {
+            (Error::NotPositiveDefinite { .. }, Some((stiffness, symbolic))) => {
+                mechanism::of_groups("fitted network", stiffness, phi, self.shared.dofs, symbolic)
+                    .err()
+                    .unwrap_or(error)
+            }
+            _ => error,
+        }
+    }
 }
 
 #[cfg(test)]

@@ -6,7 +6,6 @@
 //! | [`budget`] | its part about the networks that a budget chose from |
 //! | [`converged`] | its part about the error of the mesh |
 //! | [`ladder`] | groups that adapt: its part in result.json, table and plot |
-//! | [`mesh`] | its part about the quality of a mesh |
 //! | [`motion`] | its part about masses, steps and motions |
 //! | [`summary`] | what a person reads after a run or a check |
 //! | [`reproduce`] | tables and experiments of the sources, theirs beside ours |
@@ -18,7 +17,6 @@ pub mod budget;
 pub mod converged;
 pub mod hard_cases;
 pub mod ladder;
-pub mod mesh;
 pub mod motion;
 pub mod reproduce;
 pub mod result;

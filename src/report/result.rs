@@ -14,9 +14,9 @@ use crate::reference::Path;
 use crate::report::budget::{self, Budget};
 use crate::report::converged::{self, Converged};
 use crate::report::ladder;
-use crate::report::mesh::{self, MeshQuality};
 use crate::report::motion::Dynamics;
 use crate::scene::Scene;
+use crate::study::mesh_quality::MeshQuality;
 use crate::study::near_mechanism::Weakness;
 use crate::study::plan::Sizes;
 use crate::study::{Study, fit};
@@ -32,7 +32,7 @@ pub struct Document<'a> {
     sizes: Sizes,
     /// How good the mesh is; absent for a patch.
     #[serde(skip_serializing_if = "Option::is_none")]
-    mesh: Option<MeshQuality>,
+    mesh: Option<&'a MeshQuality>,
     loads: Vec<LoadCase<'a>>,
     reference: Reference,
     calibration: Calibration<'a>,
@@ -209,8 +209,7 @@ impl<'a> Document<'a> {
             threads: rayon::current_num_threads(),
             scene: &study.scene,
             sizes: Sizes::of(&study.body, &study.lattice, found.grouping.groups.len()),
-            // a body that was calibrated has integration points
-            mesh: mesh::of(&study.body).unwrap_or_default(),
+            mesh: study.mesh.as_ref(),
             loads: loads(study),
             reference: reference(study),
             calibration: calibration(study),

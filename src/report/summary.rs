@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::calibration::errors::Errors;
 use crate::memory;
-use crate::report::{budget, converged, ladder, mesh, motion};
+use crate::report::{budget, converged, ladder, motion};
 use crate::study::Study;
 use crate::study::near_mechanism::Weakness;
 use crate::study::plan::{Plan, Sizes};
@@ -12,19 +12,30 @@ use crate::study::plan::{Plan, Sizes};
 /// Fraction of an upper bound from which a stiffness is at it: the last bits of a fit are rounding.
 const AT_BOUND: f64 = 1.0 - 1e-9;
 
+/// A paragraph, line by line.
+type Line<'a> = dyn FnMut(String) + 'a;
+
 /// The summary of a run.
 pub fn run(study: &Study) -> String {
-    let found = &study.calibration;
     let mut text = String::new();
     let mut line = |words: String| {
         let _ = writeln!(text, "{words}");
     };
+    for part in [head, sweep, groups, errors, asked, work] {
+        part(study, &mut line);
+    }
+    text
+}
+
+/// Sizes, mesh and reference.
+fn head(study: &Study, line: &mut Line) {
+    let found = &study.calibration;
     line(format!(
         "{}: {}",
         study.scene.name,
         sizes(&Sizes::of(&study.body, &study.lattice, found.grouping.groups.len()))
     ));
-    if let Some(quality) = mesh::of(&study.body).unwrap_or_default() {
+    if let Some(quality) = &study.mesh {
         line(quality.summary());
     }
     line(format!(
@@ -36,6 +47,11 @@ pub fn run(study: &Study) -> String {
         study.reference.accuracy.map_or(String::new(), |sure| format!(", condition {:.0e}", sure.condition)),
         study.reference.seconds
     ));
+}
+
+/// The table of the sweep, and the ladder.
+fn sweep(study: &Study, line: &mut Line) {
+    let found = &study.calibration;
     line(format!(
         "\n{:>8} {:>7} {:>10} {:>10} {:>16} {:>9}  stop",
         "gamma", "groups", "e_rms %", "e_max %", "refactorisations", "seconds"
@@ -59,6 +75,11 @@ pub fn run(study: &Study) -> String {
     if !found.ladder.is_empty() {
         line(format!("\n{}", ladder::table(&found.ladder).trim_end()));
     }
+}
+
+/// The groups that were found.
+fn groups(study: &Study, line: &mut Line) {
+    let found = &study.calibration;
     line(format!("\n{:<24} {:>8} {:>10} {:>14} {:>14}", "group", "springs", "length m", "stiffness", "upper bound"));
     let shown = 32;
     for ((group, phi), upper) in found.grouping.groups.iter().zip(&found.phi).zip(&found.upper).take(shown) {
@@ -75,6 +96,11 @@ pub fn run(study: &Study) -> String {
     if found.grouping.groups.len() > shown {
         line(format!("... and {} more (result.json has all)", found.grouping.groups.len() - shown));
     }
+}
+
+/// The error of every load case, and how far the network can be trusted.
+fn errors(study: &Study, line: &mut Line) {
+    let found = &study.calibration;
     line(String::new());
     for (case, Errors { e_rms, e_max }) in study.loads.iter().zip(&found.errors) {
         let role = if case.fit { "fitted" } else { "held out" };
@@ -96,6 +122,10 @@ pub fn run(study: &Study) -> String {
         ));
     }
     line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
+}
+
+/// What the scene asked for beside the calibration.
+fn asked(study: &Study, line: &mut Line) {
     if let Some(outcome) = &study.budget {
         line(format!("\n{}", budget::table(&outcome.front, Some(outcome.chosen))));
     }
@@ -105,8 +135,12 @@ pub fn run(study: &Study) -> String {
     if let Some(dynamics) = &study.dynamics {
         line(motion::summary(dynamics).trim_end().to_owned());
     }
+}
+
+/// What it took.
+fn work(study: &Study, line: &mut Line) {
     let total: f64 = study.seconds.iter().map(|(_, seconds)| seconds).sum();
-    let counts = &found.counts;
+    let counts = &study.calibration.counts;
     let choice = &study.lattice.choice;
     line(format!("solver: {}: {}", choice.path.name(), choice.reason));
     if counts.fallbacks > 0 {
@@ -118,7 +152,6 @@ pub fn run(study: &Study) -> String {
         "{total:.3} s, {} refactorisations, {} solves, {} iterations{memory}",
         counts.refactorisations, counts.solves, counts.cg_iterations
     ));
-    text
 }
 
 /// The error that was made small, where it is not that of the displacements.

@@ -7,11 +7,11 @@ use crate::bodies::{SIZE, reference_numbers};
 use springfit::clock::Progress;
 use springfit::geometry::dofs::FIXED;
 use springfit::reference::Reference;
-use springfit::report::mesh;
 use springfit::scene::{self, Scene};
 use springfit::study;
 use springfit::study::body::{self, Body};
 use springfit::study::loads::{self, LoadCase};
+use springfit::study::mesh_quality;
 
 fn scene(name: &str, sets: &[&str]) -> Scene {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/scenes");
@@ -134,7 +134,9 @@ fn the_parts_of_a_ball_make_its_surface() {
 
 #[test]
 fn the_quality_of_a_mesh_is_told_and_falls_with_its_distortion() {
-    let of = |name: &str| mesh::of(&body::build(&scene(name, &[])).expect("a body")).expect("sound").expect("a mesh");
+    let of = |name: &str| {
+        mesh_quality::of(&body::build(&scene(name, &[])).expect("a body")).expect("sound").expect("a mesh")
+    };
     let (regular, distorted) = (of("beam_regular.toml"), of("beam_distorted.toml"));
     // all tetrahedra of a regular box are alike, and a face of the boundary has a quarter of one, others two quarters
     assert!((regular.least_measure_ratio.0 - 1.0).abs() < 1e-12, "{regular:?}");

@@ -30,7 +30,6 @@ use crate::calibration::objective::{Counts, Objective, Problem};
 use crate::calibration::objectives::displacement::{Displacement, Target};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint};
 use crate::calibration::optimisers::gauss_newton;
-use crate::calibration::pieces::NOTHING;
 use crate::calibration::surrogate::galerkin::Galerkin;
 use crate::calibration::surrogate::walker::{Trust, Walker};
 use crate::clock::{Progress, Stopwatch};
@@ -279,18 +278,7 @@ impl<'s, 'a> Search<'s, 'a> {
         let make = || -> Box<dyn Objective + '_> { Box::new(Walker::new(&self.basis, trust)) };
         let silent = Progress::default();
         let Problem { upper, seed, index, .. } = *self.problem;
-        let model = Problem {
-            make: &make,
-            displacement: None,
-            linear: None,
-            prior: None,
-            upper,
-            seed,
-            index,
-            side_by_side: true,
-            progress: &silent,
-            kept: &NOTHING,
-        };
+        let model = Problem::bare(&make, upper, (seed, index), true, &silent);
         let settings = Settings { refactorisations: DESCENT, tolerance: DESCENT_TOLERANCE, ..*self.settings };
         let Outcome { phi, error, counts, .. } = gauss_newton::descend(&model, &settings, from)?;
         Ok((Place { phi, error }, counts.evaluations))

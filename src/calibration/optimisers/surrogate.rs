@@ -26,7 +26,6 @@ use crate::calibration::objectives::displacement::Displacement;
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint};
 use crate::calibration::optimisers::annealing::{self, Walk};
 use crate::calibration::optimisers::gauss_newton;
-use crate::calibration::pieces::NOTHING;
 use crate::calibration::surrogate::certificate::{Certificate, assembled};
 use crate::calibration::surrogate::galerkin::Galerkin;
 use crate::calibration::surrogate::walker::{Trust, Walker};
@@ -293,18 +292,7 @@ impl<'s, 'a> Search<'s, 'a> {
     fn descend(&mut self, from: Candidate) -> Result<Candidate> {
         let make = || -> Box<dyn Objective + '_> { Box::new(Walker::new(&self.basis, Some(&self.trust))) };
         let Problem { upper, seed, index, side_by_side, progress, .. } = *self.problem;
-        let reduced = Problem {
-            make: &make,
-            displacement: None,
-            linear: None,
-            prior: None,
-            upper,
-            seed,
-            index,
-            side_by_side,
-            progress,
-            kept: &NOTHING,
-        };
+        let reduced = Problem::bare(&make, upper, (seed, index), side_by_side, progress);
         let Outcome { phi, error, counts, .. } = gauss_newton::descend(&reduced, self.settings, &from.phi)?;
         self.surrogate_evaluations += counts.evaluations;
         Ok(if error < from.error { Candidate { phi, error, passed: true } } else { from })

@@ -1,4 +1,4 @@
-//! How good the mesh of a body is: in the result and for a person.
+//! How good the mesh of a body is.
 //!
 //! Cells are judged by the smallest measure over the mean, the smallest angle of triangles and tetrahedra, and the smallest
 //! scaled Jacobian of quadrilaterals and hexahedra ([`crate::geometry::mesh::quality`]); the domains that a method smooths over by
@@ -10,8 +10,9 @@ use serde::Serialize;
 use crate::error::Result;
 use crate::geometry::mesh::quality::quality;
 use crate::reference::points::ElementPoints;
-use crate::study::body::Body;
-use crate::study::continuum::Continuum;
+
+use super::body::Body;
+use super::continuum::Continuum;
 
 /// The mesh of a body.
 #[derive(Debug, Clone, PartialEq, Serialize)]
