@@ -129,13 +129,13 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Study> {
 }
 
 /// Runs a checked scene; what is finished goes into a checkpoint, what is in it already is not done again. The study is
-/// the same to the last bit, seconds apart. The walk of a budget is not kept.
+/// the same to the last bit, seconds apart.
 ///
 /// # Errors
 /// As [`run`]; [`Error::File`] for a checkpoint of another run, or one that cannot be written.
 pub fn run_keeping(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Result<Study> {
     match &scene.budget {
-        Some(given) => budget::run(scene, given, progress),
+        Some(given) => budget::run(scene, given, progress, checkpoint),
         None => run_one(scene, progress, checkpoint),
     }
 }

@@ -181,12 +181,14 @@ fn products_with_the_jacobian_and_its_adjoint_are_those_of_its_columns() {
     }
 }
 
-/// Starts, chains and descents are told once each; known ones are not done again and lead to the same bits.
+/// Starts, chains, descents and the polish are told once each; known ones are not done again and lead to the same bits.
 #[test]
 fn pieces_that_are_known_are_not_done_again() {
     let membrane = membrane(5, |[i, ..]| i == 0);
-    let settings = Settings { starts: Some(3), chains: 3, evaluations: 60, ..Settings::default() };
-    for (optimiser, pieces) in [("gauss_newton", 3), ("annealing", 3), ("hybrid", 6)] {
+    let usual = Settings { starts: Some(3), chains: 3, evaluations: 60, ..Settings::default() };
+    let short = Settings { refactorisations: 3, ..usual };
+    let rows = [("gauss_newton", usual, 3), ("annealing", usual, 3), ("hybrid", usual, 6), ("gauss_newton", short, 4)];
+    for (optimiser, settings, pieces) in rows {
         let told = Mutex::new(Vec::<(Piece, Outcome)>::new());
         let tell = |piece, outcome: &Outcome| told.lock().expect("no panic").push((piece, outcome.clone()));
         let with = |kept: &Kept| recover_keeping(&membrane, [500.0, 400.0], optimiser, &settings, kept);
@@ -198,6 +200,8 @@ fn pieces_that_are_known_are_not_done_again() {
         names.dedup();
         assert_eq!(names.len(), pieces, "every piece has its own name");
         assert!(names.iter().all(|piece| piece.problem == 0 && piece.stage != Stage::Answer));
+        let polished = names.iter().filter(|piece| piece.stage == Stage::Polish).count();
+        assert_eq!(polished, usize::from(settings == short), "{optimiser}");
 
         let find = |piece| all.iter().find(|(name, _)| *name == piece).map(|(_, outcome)| outcome.clone());
         let (asked, done_again) = (AtomicUsize::new(0), AtomicUsize::new(0));

@@ -187,6 +187,38 @@ fn a_checkpoint_gives_back_every_bit_and_is_what_the_run_goes_on_from() {
     assert!(again.calibration.sweep.iter().any(|row| row.outcome.counts.evaluations == 123_456));
 }
 
+/// The walk of a budget over two resolutions.
+#[test]
+fn the_walk_of_a_budget_goes_on_from_the_last_resolution_and_decides_as_before() {
+    let sets = ["budget.finest=[5, 5, 5]", "budget.max_error=0.5", "budget.step_time=60.0", "springs.groups=6"];
+    let scene = scene::read(&path_of("budget.toml"), &sets.map(String::from)).expect("a good scene").scene;
+    let folder = tempfile::tempdir().expect("a folder");
+    let networks = |study: &Study| {
+        let points = &study.budget.as_ref().expect("a budget").front.points;
+        points
+            .iter()
+            .map(|point| (point.control_points.clone(), point.groups, point.error.to_bits()))
+            .collect::<Vec<_>>()
+    };
+    let (before, first) = run_from(folder.path(), &scene);
+    assert_eq!(before.resolutions, 0);
+    let resolutions = 3;
+    let (before, again) = run_from(folder.path(), &scene);
+    assert_eq!((before.resolutions, networks(&again)), (resolutions, networks(&first)));
+    assert_eq!(again.calibration.phi, first.calibration.phi);
+
+    // a step time that nobody would measure shows that the resolution was not run again
+    rewrite(folder.path(), |content| {
+        let walked = content["walked"].as_array_mut().expect("resolutions");
+        walked.truncate(1);
+        walked[0][0]["step_seconds"] = 59.0.into();
+    });
+    let (before, again) = run_from(folder.path(), &scene);
+    assert_eq!((before.resolutions, networks(&again)), (1, networks(&first)));
+    assert_eq!(again.budget.expect("a budget").front.points[0].step_seconds, 59.0);
+    assert_eq!(again.calibration.phi, first.calibration.phi);
+}
+
 #[test]
 fn a_checkpoint_of_another_run_is_refused_by_name() {
     let (folder, scene) = (tempfile::tempdir().expect("a folder"), small());
@@ -220,7 +252,7 @@ fn a_checkpoint_of_another_run_is_refused_by_name() {
     type Change = (&'static str, fn(&mut Value));
     let changes: [Change; 4] = [
         ("was made by version 0.0.1, this is", |content| content["version"] = "0.0.1".into()),
-        ("a file that the scene names has changed", |content| content["sweeps"][0]["inputs"] = "00".into()),
+        ("comes from other numbers", |content| content["sweeps"][0]["inputs"] = "00".into()),
         ("has pieces of problems", |content| content["sweeps"][0]["pieces"][0][0]["problem"] = 77.into()),
         ("is damaged: unknown field `more`", |content| content["more"] = 1.into()),
     ];
@@ -248,6 +280,19 @@ fn a_checkpoint_of_another_run_is_refused_by_name() {
         write(&good[..end]);
         expect(refusal(&scene), "cannot be resumed");
     }
+}
+
+#[test]
+fn a_checkpoint_of_a_scene_whose_files_have_changed_is_refused() {
+    let (folder, mut scene) = (tempfile::tempdir().expect("a folder"), small());
+    let edges = folder.path().join("edges.txt");
+    fs::write(&edges, "0 14\n").expect("writable");
+    scene.springs.edge_file = Some(edges.clone());
+    run_from(folder.path(), &scene);
+    run_from(folder.path(), &scene);
+    fs::write(&edges, "0 15\n").expect("writable");
+    let Err(error) = Checkpoint::resume(folder.path(), &scene) else { panic!("another spring is another run") };
+    assert!(error.to_string().contains("edges.txt has changed"), "{error}");
 }
 
 /// Waits until a run has kept something, and sends it a signal.

@@ -6,8 +6,9 @@
 //! | [`Stage::Start`] | one start of Gauss-Newton |
 //! | [`Stage::Chain`] | one chain of annealing |
 //! | [`Stage::Descent`] | Gauss-Newton from the end of a chain |
+//! | [`Stage::Polish`] | some factorisations of Gauss-Newton from the best of them |
 //!
-//! Every piece is a function of the problem, the seed and its own number, and of no other piece of its stage. So one that
+//! Every piece is a function of the problem, the seed, its own number and the pieces before it. So one that
 //! is known takes the place of its work, and what follows is the same to the last bit. Where a piece is kept is not known
 //! here: [`Kept`] asks and tells.
 
@@ -26,6 +27,8 @@ pub enum Stage {
     Chain,
     /// Gauss-Newton from the end of a chain.
     Descent,
+    /// Some factorisations of Gauss-Newton from the best start or descent, or from the end of the polish before.
+    Polish,
     /// A whole problem.
     Answer,
 }

@@ -35,6 +35,8 @@ mod states;
 mod support;
 mod template;
 
+use std::path::PathBuf;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -109,6 +111,12 @@ fn is_default(limits: &Limits) -> bool {
 const REGULARISATION_OF_EACH: f64 = 1.0;
 
 impl Scene {
+    /// The files that it names: body, loads, springs.
+    pub fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let loads = self.load.iter_mut().filter_map(|load| load.file.as_mut());
+        self.geometry.file.iter_mut().chain(loads).chain(&mut self.springs.edge_file)
+    }
+
     /// The strength of the prior that draws groups together, percent; 0 for none.
     pub fn regularisation(&self) -> f64 {
         let searched = self.calibration.objective == "displacement"

@@ -40,9 +40,7 @@ pub fn read(path: &Path, sets: &[String]) -> std::result::Result<Input, Located>
         scene.name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     }
     if let Some(folder) = path.parent() {
-        let files = scene.load.iter_mut().filter_map(|load| load.file.as_mut());
-        let edges = scene.springs.edge_file.iter_mut();
-        scene.geometry.file.iter_mut().chain(files).chain(edges).for_each(|file| *file = folder.join(&file));
+        scene.files_mut().for_each(|file| *file = folder.join(&file));
     }
     let warnings = check(&scene).map_err(|error| source.locate(error))?;
     Ok(Input { scene, source, warnings })

@@ -83,6 +83,9 @@ fn loads(bytes: &[u8]) -> Verdict {
     Ok(())
 }
 
+/// A network that the walk of a budget has kept.
+const WALKED: &str = r#"{"calibration_seconds":0.5,"control_points":[3,3],"error":2.5,"fitted":1.5,"groups":2,"springs":20,"step_seconds":1e-6}"#;
+
 /// The smallest scene, and a checkpoint of it with a piece of each kind.
 fn checkpoint() -> (Scene, String) {
     let source = Source { name: "a.toml".into(), text: "[material]\nyoung = 1\npoisson = 0\n".into() };
@@ -91,13 +94,13 @@ fn checkpoint() -> (Scene, String) {
     let outcome = format!(
         r#"{{"counts":{counts},"error":0.125,"phi":[1.5,2.5e-3],"stop":"Converged","trace":[{{"error":0.125,"refactorisations":3,"seconds":0.001}}]}}"#
     );
-    let pieces: Vec<String> = ["start", "chain", "descent", "answer"]
+    let pieces: Vec<String> = ["start", "chain", "descent", "polish", "answer"]
         .iter()
         .map(|stage| format!(r#"[{{"number":0,"problem":0,"stage":"{stage}"}},{outcome}]"#))
         .collect();
     let scene_text = serde_json::to_value(&scene).expect("JSON").to_string();
     let content = format!(
-        r#"{{"scene":{scene_text},"seed":1,"sweeps":[{{"inputs":"0000000000000007","pieces":[{}],"problems":1}}],"version":"{}"}}"#,
+        r#"{{"files":{{}},"scene":{scene_text},"seed":1,"sweeps":[{{"inputs":"0000000000000007","pieces":[{}],"problems":1}}],"version":"{}","walked":[[{WALKED}]]}}"#,
         pieces.join(","),
         env!("CARGO_PKG_VERSION")
     );
@@ -110,8 +113,9 @@ fn resume(content: &[u8], scene: &Scene) -> Verdict {
     let content = text(content);
     let value: serde_json::Value = serde_json::from_str(&content).unwrap_or_default();
     let sum = digest(value.to_string().bytes());
-    let file = format!("{{\"schema\":\"springfit-checkpoint/1\",\"digest\":\"{sum:016x}\",\"content\":{content}}}");
+    let file = format!("{{\"schema\":\"springfit-checkpoint/2\",\"digest\":\"{sum:016x}\",\"content\":{content}}}");
     let checkpoint = Checkpoint::from_bytes(Path::new("checkpoint.json"), file.as_bytes(), scene)?;
+    checkpoint.walked(&[3, 3]);
     checkpoint.enter(7, &[(0, 2)])
 }
 

@@ -21,13 +21,16 @@ use crate::calibration::objective::{Objective, Problem};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint, best};
 use crate::calibration::optimisers::descent::{DAMPING, Descent, LARGEST_DAMPING};
 use crate::calibration::optimisers::{many, reduced};
-use crate::calibration::pieces::Stage;
+use crate::calibration::pieces::{Piece, Stage};
 use crate::clock::Stopwatch;
 use crate::error::{Error, Result};
 use crate::rng::Stream;
 
 /// Fraction of the upper bounds where the first start begins.
 const START: f64 = 0.1;
+
+/// Factorisations of one piece of the polish: what is lost at most when a run is stopped.
+const POLISH: u64 = 20;
 
 /// Runs all starts and returns the best.
 ///
@@ -65,17 +68,23 @@ pub fn from(problem: &Problem, settings: &Settings, starts: &[Vec<f64>]) -> Resu
     }
 }
 
-/// Goes on from an outcome that had spent its factorisations.
+/// Goes on from an outcome that had spent its factorisations, in pieces that begin anew with the first damping.
 ///
 /// # Errors
 /// As [`descend`].
-pub fn polish(problem: &Problem, settings: &Settings, found: Outcome) -> Result<Outcome> {
-    if found.stop != Stop::RefactorisationLimit || settings.polish == 0 {
-        return Ok(found);
+pub fn polish(problem: &Problem, settings: &Settings, mut found: Outcome) -> Result<Outcome> {
+    let mut left = settings.polish;
+    for number in 0.. {
+        if found.stop != Stop::RefactorisationLimit || left == 0 {
+            break;
+        }
+        let further = Settings { refactorisations: left.min(POLISH), ..*settings };
+        left -= further.refactorisations;
+        let piece = Piece { problem: problem.index, stage: Stage::Polish, number };
+        let next = problem.kept.or(piece, || descend(problem, &further, &found.phi))?;
+        found = found.followed_by(next);
     }
-    let further = Settings { refactorisations: settings.polish, ..*settings };
-    let next = descend(problem, &further, &found.phi)?;
-    Ok(found.followed_by(next))
+    Ok(found)
 }
 
 /// Where a start begins: a tenth of the bounds, then one stiffness for all groups, then anywhere within three decades

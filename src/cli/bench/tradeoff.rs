@@ -7,6 +7,7 @@ use springfit::report::bench::tables;
 use springfit::report::budget;
 use springfit::scene::{self, Budget};
 use springfit::study::budget::walk;
+use springfit::study::checkpoint::Checkpoint;
 
 use super::super::{Result, SceneArguments, terminal};
 use super::{Figures, OutputArguments, watched};
@@ -33,7 +34,7 @@ pub fn run(arguments: &TradeoffArguments) -> Result<()> {
     input.scene.budget.get_or_insert(Budget { max_error: f64::INFINITY, step_time: None, finest: None });
     let (progress, watcher) = watched(arguments.output.threads)?;
     let machine = Machine::measure();
-    let front = walk(&input.scene, arguments.finest.as_deref(), &progress, |_| false)
+    let front = walk(&input.scene, arguments.finest.as_deref(), &progress, &Checkpoint::none(), |_| false)
         .map_err(|error| input.source.locate(error))?;
     drop(watcher);
     let figures = Figures {

@@ -16,6 +16,8 @@
 //! then a coarse grid is not better than it is. Step times are measured, so that near a limit two runs may choose
 //! differently; with the choice made, the numbers are those of any run of that resolution. %, s.
 
+mod front;
+
 use crate::calibration::adaptive::Rung;
 use crate::calibration::errors::{self, Errors};
 use crate::clock::{Progress, Stopwatch};
@@ -29,6 +31,8 @@ use crate::scene::{self, Scene};
 use super::Study;
 use super::checkpoint::Checkpoint;
 
+pub use front::{Front, Point};
+
 /// Resolutions that are walked, as fractions of the spans of the finest.
 const FRACTIONS: [f64; 5] = [0.25, 0.375, 0.5, 0.75, 1.0];
 
@@ -39,34 +43,6 @@ const FINER: usize = 2;
 const ROUNDS: usize = 7;
 const ROUND: f64 = 2e-3;
 
-/// A network that was tried.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Point {
-    /// Control points along each direction.
-    pub control_points: Vec<usize>,
-    /// Number of groups.
-    pub groups: usize,
-    /// Springs that have a stiffness, with the most groups that were tried at this resolution.
-    pub springs: usize,
-    /// e_rms over the fitted load cases, percent.
-    pub fitted: f64,
-    /// e_rms that the budget is about, percent.
-    pub error: f64,
-    /// Seconds of one explicit step with all threads.
-    pub step_seconds: f64,
-    /// Seconds of the calibration up to here.
-    pub calibration_seconds: f64,
-}
-
-/// All networks that were tried.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Front {
-    /// The points, in the order in which they were tried.
-    pub points: Vec<Point>,
-    /// Resolutions that were left out, and why.
-    pub skipped: Vec<(Vec<usize>, String)>,
-}
-
 /// What became of a budget.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
@@ -76,32 +52,6 @@ pub struct Outcome {
     pub chosen: usize,
     /// Whether it meets the budget.
     pub met: bool,
-}
-
-impl Front {
-    /// Which points no other beats in both error and step time (the fewer groups win a tie).
-    pub fn pareto(&self) -> Vec<bool> {
-        let beats = |a: &Point, b: &Point| {
-            let no_worse = a.error <= b.error && a.step_seconds <= b.step_seconds && a.groups <= b.groups;
-            no_worse && (a.error < b.error || a.step_seconds < b.step_seconds || a.groups < b.groups)
-        };
-        self.points.iter().map(|point| !self.points.iter().any(|other| beats(other, point))).collect()
-    }
-
-    /// The point to take: of those within the budget the fastest step, then the fewest groups, then the smallest error;
-    /// without one the smallest error within the step time, or the fastest step; and whether it meets the budget.
-    fn choose(&self, budget: &scene::Budget) -> Option<(usize, bool)> {
-        let limit = budget.step_time.unwrap_or(f64::INFINITY);
-        let all = || self.points.iter().enumerate();
-        let fast = || all().filter(|(_, point)| point.step_seconds <= limit);
-        let cheapest = fast().filter(|(_, point)| point.error <= budget.max_error).min_by(|(_, a), (_, b)| {
-            a.step_seconds.total_cmp(&b.step_seconds).then(a.groups.cmp(&b.groups)).then(a.error.total_cmp(&b.error))
-        });
-        let best = || fast().min_by(|(_, a), (_, b)| a.error.total_cmp(&b.error));
-        let fastest = || all().min_by(|(_, a), (_, b)| a.step_seconds.total_cmp(&b.step_seconds));
-        let chosen = cheapest.or_else(best).or_else(fastest)?;
-        Some((chosen.0, cheapest.is_some()))
-    }
 }
 
 impl Outcome {
@@ -122,13 +72,14 @@ impl Outcome {
     }
 }
 
-/// Walks the resolutions of a scene with a budget and runs the one that is chosen.
+/// Walks the resolutions of a scene with a budget and runs the one that is chosen. A resolution that is in the checkpoint
+/// is not run again, nor its step measured.
 ///
 /// # Errors
-/// Those of a run of the scene, when no resolution can be run; [`Error::Interrupted`].
-pub fn run(scene: &Scene, budget: &scene::Budget, progress: &Progress) -> Result<Study> {
+/// Those of a run of the scene, when no resolution can be run; [`Error::Interrupted`]; those of the checkpoint.
+pub fn run(scene: &Scene, budget: &scene::Budget, progress: &Progress, checkpoint: &Checkpoint) -> Result<Study> {
     let limit = budget.step_time.unwrap_or(f64::INFINITY);
-    let mut front = walk(scene, budget.finest.as_deref(), progress, |points| {
+    let mut front = walk(scene, budget.finest.as_deref(), progress, checkpoint, |points| {
         let slow = points.iter().any(|point| point.step_seconds > limit);
         slow || points.iter().any(|point| point.error <= budget.max_error)
     })?;
@@ -139,7 +90,7 @@ pub fn run(scene: &Scene, budget: &scene::Budget, progress: &Progress) -> Result
         // a rung below the last one; the last is what the scene's own number of groups leads to
         scene.springs.groups = groups;
     }
-    let mut study = super::run_one(&scene, progress, &Checkpoint::none())?;
+    let mut study = super::run_one(&scene, progress, checkpoint)?;
     // the network that is handed over is measured itself
     let point = last_point(&study, &control_points, calibration_seconds);
     let met = met && point.error <= budget.max_error && point.step_seconds <= limit;
@@ -151,21 +102,22 @@ pub fn run(scene: &Scene, budget: &scene::Budget, progress: &Progress) -> Result
 /// The networks of all resolutions, from the coarsest; `enough` ends the walk after a resolution.
 ///
 /// # Errors
-/// That of the finest resolution when none can be run; [`Error::Interrupted`].
+/// That of the finest resolution when none can be run; [`Error::Interrupted`]; those of the checkpoint.
 pub fn walk(
     scene: &Scene,
     finest: Option<&[usize]>,
     progress: &Progress,
+    checkpoint: &Checkpoint,
     enough: impl Fn(&[Point]) -> bool,
 ) -> Result<Front> {
     let mut front = Front::default();
     let mut failure = None;
     for control_points in resolutions(scene, finest)? {
-        let one = at(scene, &control_points);
-        let watch = Stopwatch::start();
-        let points = super::run_one(&one, progress, &Checkpoint::none())
-            .map(|study| points_of(&study, &control_points, watch.seconds()));
-        match points {
+        let networks = match checkpoint.walked(&control_points) {
+            Some(known) => Ok(known),
+            None => networks_at(scene, &control_points, progress, checkpoint),
+        };
+        match networks {
             Ok(points) => {
                 let done = enough(&points);
                 front.points.extend(points);
@@ -174,6 +126,7 @@ pub fn walk(
                 }
             }
             Err(Error::Interrupted) => return Err(Error::Interrupted),
+            Err(error) if checkpoint.failure().is_some() => return Err(error),
             Err(error) => {
                 front.skipped.push((control_points, error.to_string()));
                 failure = Some(error);
@@ -186,7 +139,24 @@ pub fn walk(
     }
 }
 
-/// The scene at a resolution, without budget and motion.
+/// Runs one resolution, without motion; its networks are kept.
+fn networks_at(
+    scene: &Scene,
+    control_points: &[usize],
+    progress: &Progress,
+    checkpoint: &Checkpoint,
+) -> Result<Vec<Point>> {
+    let watch = Stopwatch::start();
+    let scene = Scene { dynamics: None, ..at(scene, control_points) };
+    let study = super::run_one(&scene, progress, checkpoint)?;
+    let points = points_of(&study, control_points, watch.seconds());
+    match checkpoint.keep_walked(&points) {
+        true => Ok(points),
+        false => Err(checkpoint.failure().unwrap_or(Error::Interrupted)),
+    }
+}
+
+/// The scene at a resolution.
 fn at(scene: &Scene, control_points: &[usize]) -> Scene {
     let mut scene = scene.clone();
     scene.geometry.control_points = Some(control_points.to_vec());
@@ -272,45 +242,4 @@ pub fn step_seconds(study: &Study) -> f64 {
     let mut seconds: Vec<f64> = (0..ROUNDS).map(|_| round(times) / times as f64).collect();
     seconds.sort_by(f64::total_cmp);
     seconds[ROUNDS / 2]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn point(groups: usize, error: f64, step_seconds: f64) -> Point {
-        let (control_points, springs, fitted) = (vec![3, 3], 20, 0.5 * error);
-        Point { control_points, groups, springs, fitted, error, step_seconds, calibration_seconds: 1.0 }
-    }
-
-    fn front() -> Front {
-        let points = vec![
-            point(4, 6.0, 1e-6),
-            point(8, 4.0, 1e-6),
-            point(16, 4.5, 1e-6),
-            point(4, 2.5, 3e-6),
-            point(8, 2.0, 3e-6),
-            point(4, 2.2, 9e-6),
-        ];
-        Front { points, skipped: vec![] }
-    }
-
-    #[test]
-    fn a_point_is_on_the_front_when_no_other_is_as_good_in_all_and_better_in_one() {
-        // 16 groups with 4.5 % lose to 8 with 4 %; 2.2 % at 9e-6 s with 4 groups loses to nothing with so few groups
-        assert_eq!(front().pareto(), [true, true, false, true, true, true]);
-    }
-
-    #[test]
-    fn the_cheapest_network_within_the_budget_is_taken_and_the_best_without_one() {
-        let budget = |max_error, step_time| scene::Budget { max_error, step_time, finest: None };
-        let choose = |max_error, step_time| front().choose(&budget(max_error, step_time)).unwrap();
-        assert_eq!(choose(3.0, None), (3, true));
-        assert_eq!(choose(2.1, None), (4, true));
-        assert_eq!(choose(5.0, Some(2e-6)), (1, true));
-        assert_eq!(choose(1.0, Some(5e-6)), (4, false));
-        assert_eq!(choose(3.0, Some(2e-6)), (1, false));
-        assert_eq!(choose(3.0, Some(1e-7)), (0, false));
-        assert!(Front::default().choose(&budget(1.0, None)).is_none());
-    }
 }

@@ -1,16 +1,10 @@
-//! Groups, bounds and fits: Algorithm 5.1 on the network of a scene.
-//!
-//! Every gamma gives a grouping; equal groupings are one problem. Each problem is an affine stiffness K(phi) on the one
-//! analysed pattern with the bounds (5.8) of its groups. The best row of the sweep is the calibrated network: its springs get their
-//! stiffness, and it is loaded with all cases, fitted and held out.
+//! What a fit works on, and the steps of a calibration on it: problems, their answers, the network under all loads.
 
 use std::sync::Arc;
 
-use crate::calibration::adaptive::Rung;
 use crate::calibration::errors::{self, Errors};
 use crate::calibration::objective::Counts;
 use crate::calibration::objectives::displacement::weights;
-use crate::calibration::optimiser::{self, Optimiser, Outcome, Settings};
 use crate::calibration::optimisers::many;
 use crate::calibration::pieces::Kept;
 use crate::calibration::prior::Prior;
@@ -18,112 +12,25 @@ use crate::calibration::sweep::{self, Shared, Solved, SweepProblem};
 use crate::clock::{Interrupt, Progress};
 use crate::error::{Error, Result};
 use crate::reference::Reference;
-use crate::scene::{ADAPTIVE, Scene};
+use crate::scene::Scene;
 use crate::sparse::cholesky::Factor;
 use crate::sparse::condition::Accuracy;
 use crate::springs::affine::AffineStiffness;
-use crate::springs::grouping::{self, Grouping, Request};
+use crate::springs::grouping::Grouping;
 use crate::springs::solver::{GridSprings, SpringOperator, SpringSolver};
 use crate::springs::{bounds, weighting};
+use crate::study::body::Body;
+use crate::study::checkpoint::{self, Checkpoint};
+use crate::study::large;
+use crate::study::linear_fit::Goal;
+use crate::study::loads::LoadCase;
+use crate::study::near_mechanism::{self, Weakness};
+use crate::study::network::{self, Lattice};
 
-use super::adaptive;
-use super::body::Body;
-use super::checkpoint::{self, Checkpoint};
-use super::large;
-use super::linear_fit::{self, Goal};
-use super::loads::LoadCase;
-use super::near_mechanism::{self, Weakness};
-use super::network::{self, Lattice};
-use super::spring_sets;
+use super::{Calibration, Row, optimiser};
 
 /// Bytes that the Jacobians of Gauss-Newton may take.
-pub(super) const LARGEST_JACOBIAN: f64 = 8e9;
-
-/// What a calibration found.
-pub struct Calibration {
-    /// One row for each gamma (one in all when the grouping does not use gamma).
-    pub sweep: Vec<Row>,
-    /// Index of the best row.
-    pub best: usize,
-    /// The groups of the best row.
-    pub grouping: Grouping,
-    /// Their stiffness phi, in the unit of the profile: N/m unless the scene says otherwise.
-    pub phi: Vec<f64>,
-    /// Their upper bounds, like phi.
-    pub upper: Vec<f64>,
-    /// Stiffness k_s of every spring, N/m, its multiplicity included.
-    pub stiffness: Vec<f64>,
-    /// Displacements of the network, one vector over the free dofs for each load case, m.
-    pub displacements: Vec<Vec<f64>>,
-    /// How sure they are, the worst of all; none under large displacements, where they balance forces instead.
-    pub accuracy: Option<Accuracy>,
-    /// Errors of each load case, percent.
-    pub errors: Vec<Errors>,
-    /// Errors over the fitted cases, percent.
-    pub fitted: Errors,
-    /// The part of K_ref between nodes that no spring joins, percent of |K_ref|_F; only for the matrix objective.
-    pub outside_pattern: Option<f64>,
-    /// Global strain (4.17) of the continuum and of the network under the first fitted load, percent.
-    pub global_strain: [f64; 2],
-    /// The motion that the network resists least.
-    pub weakness: Weakness,
-    /// Work of the whole sweep.
-    pub counts: Counts,
-    /// The networks on the way, where the groups adapt; otherwise empty.
-    pub ladder: Vec<Rung>,
-}
-
-impl Calibration {
-    /// Keeps only some springs, and the groups that still have some.
-    ///
-    /// # Panics
-    /// When there is not one word for every spring.
-    pub fn retain(&mut self, kept: &[bool]) {
-        network::retain(&mut self.stiffness, kept);
-        network::retain(&mut self.grouping.group_of, kept);
-        let mut counts = vec![0; self.grouping.groups.len()];
-        self.grouping.group_of.iter().for_each(|&group| counts[group as usize] += 1);
-        let filled: Vec<bool> = counts.iter().map(|&count| count > 0).collect();
-        let before = |group: usize| filled[..group].iter().filter(|filled| **filled).count() as u32;
-        let numbers: Vec<u32> = (0..filled.len()).map(before).collect();
-        self.grouping.group_of.iter_mut().for_each(|group| *group = numbers[*group as usize]);
-        self.grouping.groups.iter_mut().zip(counts).for_each(|(group, count)| group.springs = count);
-        network::retain(&mut self.grouping.groups, &filled);
-        network::retain(&mut self.phi, &filled);
-        network::retain(&mut self.upper, &filled);
-    }
-
-    /// A word where the bounds, not the optimiser, decide: every group is at its upper bound.
-    pub fn warning(&self) -> Option<String> {
-        let at_bound = |(phi, upper): (&f64, &f64)| *phi >= (1.0 - 1e-9) * upper;
-        self.phi.iter().zip(&self.upper).all(at_bound).then(|| {
-            format!(
-                "every group is at its upper bound (5.8): the network cannot be as stiff as the body (e_rms {:.1} %); \
-                 use cells of more equal sides",
-                self.fitted.e_rms
-            )
-        })
-    }
-}
-
-/// One row of the sweep table.
-pub struct Row {
-    /// gamma, if the grouping uses it.
-    pub gamma: Option<f64>,
-    /// Number of groups.
-    pub groups: usize,
-    /// Index of the row that solved this problem: its own, or an earlier one with equal groups.
-    pub solved_by: usize,
-    /// Errors over the fitted cases, percent.
-    pub errors: Errors,
-    /// Relative difference of the optimiser's error and the one that the direct solve confirms; none where the
-    /// optimiser made another error small than that of the displacements.
-    pub error_difference: Option<f64>,
-    /// Seconds of the fit.
-    pub seconds: f64,
-    /// What the optimiser found.
-    pub outcome: Arc<Outcome>,
-}
+pub(in crate::study) const LARGEST_JACOBIAN: f64 = 8e9;
 
 /// What a fit works on.
 #[derive(Clone, Copy)]
@@ -141,7 +48,7 @@ pub struct Given<'a> {
 }
 
 /// Some load cases, one after the other.
-pub(super) struct Cases {
+pub(in crate::study) struct Cases {
     /// Forces over the free dofs (cases x n), N.
     pub forces: Vec<f64>,
     /// Displacements of the continuum (cases x n), m.
@@ -150,112 +57,14 @@ pub(super) struct Cases {
     pub weights: Vec<f64>,
 }
 
-/// Fits the network of a scene to the reference; what is finished goes into the checkpoint, what is in it is not done again.
-///
-/// # Errors
-/// [`Error::Input`] for a name or gamma that is not allowed; those of the optimiser; [`Error::File`] for a checkpoint of
-/// another run or one that cannot be written.
-pub fn calibrate(given: Given, progress: &Progress, checkpoint: &Checkpoint) -> Result<Calibration> {
-    if given.scene.springs.grouping == ADAPTIVE {
-        return adaptive::calibrate(given, progress, checkpoint);
-    }
-    let (gammas, groupings) = group(given.scene, given.body, given.lattice)?;
-    let goal = linear_fit::goal(&given)?;
-    let same = sweep::first_equal(&groupings);
-    let distinct: Vec<usize> = (0..groupings.len()).filter(|&i| same[i] == i).collect();
-    given.check_memory(distinct.iter().map(|&i| groupings[i].groups.len()).max().unwrap_or(0))?;
-    let problems: Vec<SweepProblem> =
-        distinct.iter().map(|&i| given.problem(&goal, &groupings[i], i)).collect::<Result<_>>()?;
-    let solved = given.solve(&problems, progress, checkpoint)?;
-    let displacements: Vec<Vec<f64>> = distinct
-        .iter()
-        .zip(&solved)
-        .map(|(&i, found)| given.moved(found, &groupings[i], progress))
-        .collect::<Result<_>>()?;
-    let answer = |i: usize| distinct.iter().position(|&d| d == same[i]).unwrap_or(0);
-    let sweep: Vec<Row> = (0..gammas.len())
-        .map(|i| {
-            let Solved { outcome, error_difference, seconds, .. } = &solved[answer(i)];
-            let errors = errors::over_cases(&given.fitted_errors(&displacements[answer(i)]));
-            let error_difference = match goal {
-                Goal::Large(_) => Some((outcome.error - errors.e_rms).abs() / errors.e_rms),
-                _ => *error_difference,
-            };
-            let outcome = Arc::new(outcome.clone());
-            Row {
-                gamma: gammas[i],
-                groups: groupings[i].groups.len(),
-                solved_by: same[i],
-                errors,
-                error_difference,
-                seconds: *seconds,
-                outcome,
-            }
-        })
-        .collect();
-    let best = (0..sweep.len()).min_by(|&i, &j| rank(&sweep[i], &sweep[j])).expect("a sweep has a row");
-    let grouping = groupings[best].clone();
-    let outside_pattern = goal.outside_pattern(&given);
-    given.finish(sweep, best, grouping, &problems[answer(best)], outside_pattern)
-}
-
-/// Rows by error; of equals the one with fewer groups, then the earlier.
-fn rank(a: &Row, b: &Row) -> std::cmp::Ordering {
-    a.errors.e_rms.total_cmp(&b.errors.e_rms).then(a.groups.cmp(&b.groups))
-}
-
-/// The gammas of a scene (one entry without gamma for a grouping that does not use it) and their groupings.
-pub(super) fn group(scene: &Scene, body: &Body, lattice: &Lattice) -> Result<(Vec<Option<f64>>, Vec<Grouping>)> {
-    if scene.calibration.objective == "formula" {
-        return Ok((vec![None], vec![linear_fit::formula_grouping(scene, body, lattice)?]));
-    }
-    let name = &scene.springs.grouping;
-    let rule = grouping::find(name).ok_or_else(|| {
-        Error::input("springs.grouping", format!("there is no grouping {name}"), "see `springfit list groupings`")
-    })?;
-    let gammas: Vec<Option<f64>> = match rule.uses_gamma {
-        true => scene.calibration.gamma.values()?.into_iter().map(Some).collect(),
-        false => vec![None],
-    };
-    let sets = spring_sets::sets(scene, body)?;
-    let usual = Request { groups: scene.springs.groups, sets: &sets, ..Request::default() };
-    let one = |gamma: &Option<f64>| {
-        let request = Request { gamma: gamma.unwrap_or(usual.gamma), ..usual };
-        (rule.group)(&lattice.network, &request)
-    };
-    let groupings = gammas.iter().map(one).collect::<Result<_>>()?;
-    Ok((gammas, groupings))
-}
-
-/// The optimiser of a scene and its settings; a formula has none and gets the one that does nothing beside it.
-pub(super) fn optimiser(scene: &Scene) -> Result<(&'static Optimiser, Settings)> {
-    let given = &scene.calibration;
-    let name = given.optimiser().unwrap_or("least_squares");
-    let optimiser = optimiser::find(name).ok_or_else(|| {
-        let message = format!("there is no optimiser {name}");
-        Error::input("calibration.optimiser", message, "see `springfit list optimisers`")
-    })?;
-    let settings = Settings {
-        starts: given.starts,
-        refactorisations: given.gauss_newton.refactorisations as u64,
-        polish: given.gauss_newton.polish as u64,
-        tolerance: given.gauss_newton.tolerance,
-        chains: given.annealing.chains,
-        evaluations: given.annealing.evaluations as u64,
-        initial_temperature: given.annealing.initial_temperature,
-        final_temperature: given.annealing.final_temperature,
-    };
-    Ok((optimiser, settings))
-}
-
 impl Given<'_> {
     /// Indices of the fitted load cases.
-    fn fitted(&self) -> Vec<usize> {
+    pub(super) fn fitted(&self) -> Vec<usize> {
         (0..self.loads.len()).filter(|&c| self.loads[c].fit).collect()
     }
 
     /// The cases that are fitted, or those that are held out.
-    pub(super) fn cases(&self, fit: bool) -> Cases {
+    pub(in crate::study) fn cases(&self, fit: bool) -> Cases {
         let chosen: Vec<usize> = (0..self.loads.len()).filter(|&c| self.loads[c].fit == fit).collect();
         let largest: Vec<f64> = chosen.iter().map(|&c| self.reference.cases[c].u_max).collect();
         let answers = chosen.iter().map(|&c| &self.reference.cases[c].displacement);
@@ -267,7 +76,7 @@ impl Given<'_> {
     }
 
     /// The springs and bounds of one grouping.
-    pub(super) fn problem<'b>(
+    pub(in crate::study) fn problem<'b>(
         &'b self,
         goal: &'b Goal,
         grouping: &'b Grouping,
@@ -294,7 +103,7 @@ impl Given<'_> {
     /// Refuses matrices that would not fit: a Jacobian with one column a group, four copies at a time for each of two
     /// starts; for a linear objective the pull of every group on every node, and some triangles as wide as the groups.
     /// The number of threads does not count, so that a scene is refused on every machine or on none.
-    pub(super) fn check_memory(&self, groups: usize) -> Result<()> {
+    pub(in crate::study) fn check_memory(&self, groups: usize) -> Result<()> {
         let (optimiser, _) = optimiser(self.scene)?;
         let unknowns = self.body.dofs.len() as f64;
         let columns = groups as f64;
@@ -313,7 +122,7 @@ impl Given<'_> {
     }
 
     /// Runs the optimiser on all problems.
-    pub(super) fn solve(
+    pub(in crate::study) fn solve(
         &self,
         problems: &[SweepProblem],
         progress: &Progress,
@@ -356,7 +165,7 @@ impl Given<'_> {
 
     /// Displacements of the fitted cases (cases x n) at an answer: those of its linear solve, or of its equilibrium
     /// beside a continuum that turns.
-    fn moved(&self, found: &Solved, grouping: &Grouping, progress: &Progress) -> Result<Vec<f64>> {
+    pub(super) fn moved(&self, found: &Solved, grouping: &Grouping, progress: &Progress) -> Result<Vec<f64>> {
         match large::is_asked(self.scene) {
             true => large::network(self, grouping, &found.outcome.phi, &self.fitted(), &progress.interrupt()),
             false => Ok(found.displacement.clone()),
@@ -408,13 +217,13 @@ impl Given<'_> {
     }
 
     /// Errors of the fitted cases for their displacements (cases x n).
-    pub(super) fn fitted_errors(&self, displacement: &[f64]) -> Vec<Errors> {
+    pub(in crate::study) fn fitted_errors(&self, displacement: &[f64]) -> Vec<Errors> {
         let cases = self.fitted().into_iter().zip(displacement.chunks_exact(self.body.dofs.len()));
         cases.map(|(c, u)| errors::errors(&self.body.dofs, &self.reference.cases[c].displacement, u)).collect()
     }
 
     /// The calibrated network under all loads.
-    pub(super) fn finish(
+    pub(in crate::study) fn finish(
         &self,
         sweep: Vec<Row>,
         best: usize,

@@ -2,24 +2,24 @@
 //!
 //! `checkpoint.json` lies in the output folder while a run is under way and is removed when its results are there. It
 //! holds the outcome of every finished piece of the sweep ([`crate::calibration::pieces`]): problems, and starts and
-//! chains of the problems under way. Floating-point numbers are written so that reading gives back every bit. What is
+//! chains of the problems under way; of the walk of a budget the networks of every finished resolution, with the
+//! step times that were measured, so that going on decides as before. Floating-point numbers are written so that reading gives back every bit. What is
 //! cheap beside the search is not in it and done again: the reference, the springs, the confirmation of each answer.
 //!
 //! The file is always whole, see [`mod@crate::export::write`]. It is written when a piece is finished, but so seldom
 //! that writing takes at most a twentieth of the time ([`SHARE`]): on a fast disk some milliseconds of work are lost when
 //! the machine stops, on a slow one what was finished in the last twenty times that a write takes.
 //!
-//! A checkpoint serves the run that made it and no other: [`Checkpoint::resume`] compares schema, version, seed and every
-//! key of the scene, and the sweep compares the numbers that it begins with (forces, reference, bounds, groups, as a
-//! digest of their bits), which differ when a file behind the scene has changed. A digest of the whole guards against
+//! A checkpoint serves the run that made it and no other: [`Checkpoint::resume`] compares schema, version, seed, every key
+//! of the scene and every file that it names, and the sweep compares the numbers that it begins with (forces, reference,
+//! bounds, groups, as a digest of their bits), which differ on another machine. A digest of the whole guards against
 //! damage.
+
+mod content;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
-
-use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 
 use crate::calibration::optimiser::Outcome;
 use crate::calibration::pieces::{Piece, Stage};
@@ -28,36 +28,15 @@ use crate::error::{Error, Result};
 use crate::export::write;
 use crate::scene::Scene;
 
+use super::budget::Point;
+use content::{Content, Sweep, is_finite};
+pub use content::{SCHEMA, digest};
+
 /// Name of the file in the output folder.
 pub const NAME: &str = "checkpoint.json";
 
-/// Name and version of its format.
-pub const SCHEMA: &str = "springfit-checkpoint/1";
-
 /// Part of the time that may go into writing checkpoints.
 pub const SHARE: f64 = 0.05;
-
-/// What is in the file, beside its schema and the digest of this.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Content {
-    version: String,
-    seed: u64,
-    scene: Value,
-    sweeps: Vec<Sweep>,
-}
-
-/// One sweep; a run may need a second one, on another path of solution.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Sweep {
-    /// [`digest`] of the numbers that it began with.
-    inputs: String,
-    /// How many problems it has.
-    problems: usize,
-    /// In the order of the pieces.
-    pieces: Vec<(Piece, Outcome)>,
-}
 
 /// The checkpoint of a run.
 pub struct Checkpoint {
@@ -79,6 +58,8 @@ struct State {
 /// How far a run is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Finished {
+    /// Resolutions that the walk of a budget is done with.
+    pub resolutions: usize,
     /// Problems that are answered.
     pub answers: usize,
     /// Problems of the sweep.
@@ -92,7 +73,7 @@ pub struct Finished {
 impl Checkpoint {
     /// Keeps nothing.
     pub fn none() -> Self {
-        Self::with(None, Content { version: String::new(), seed: 0, scene: Value::Null, sweeps: vec![] }, vec![])
+        Self::with(None, Content::empty(), vec![])
     }
 
     /// A new checkpoint of a scene in a folder. What an earlier run left there is replaced when a piece is finished.
@@ -122,9 +103,10 @@ impl Checkpoint {
     /// # Errors
     /// As [`Checkpoint::resume`].
     pub fn from_bytes(path: &Path, bytes: &[u8], scene: &Scene) -> Result<Self> {
-        let ours = Content::of(scene);
-        let theirs = parse(bytes).map_err(|message| refusal(path, message))?;
+        let mut ours = Content::of(scene);
+        let theirs = content::parse(bytes).map_err(|message| refusal(path, message))?;
         ours.agrees_with(&theirs).map_err(|message| refusal(path, message))?;
+        ours.walked = theirs.walked;
         Ok(Self::with(Some(path.to_owned()), ours, theirs.sweeps))
     }
 
@@ -145,8 +127,7 @@ impl Checkpoint {
         let pieces = match state.earlier.get(number) {
             None => vec![],
             Some(sweep) if sweep.inputs != inputs => {
-                let what =
-                    "comes from other numbers: a file that the scene names has changed, or the machine is another";
+                let what = "comes from other numbers: the body or its reference is another, or the machine";
                 return Err(refusal(path, what.into()));
             }
             Some(sweep) => sweep.pieces.clone(),
@@ -177,11 +158,28 @@ impl Checkpoint {
         }
         let place = sweep.pieces.partition_point(|(other, _)| *other < piece);
         sweep.pieces.insert(place, (piece, outcome.clone()));
-        state.unwritten = true;
-        if state.failure.is_none() && state.pause.0.seconds() >= state.pause.1 {
-            state.failure = state.write(path).err();
+        state.changed(path)
+    }
+
+    /// The networks that the walk of a budget found with so many control points.
+    pub fn walked(&self, control_points: &[usize]) -> Option<Vec<Point>> {
+        let state = self.state();
+        let there = |points: &&Vec<Point>| points.first().is_some_and(|point| point.control_points == control_points);
+        state.content.walked.iter().find(there).cloned()
+    }
+
+    /// Keeps the networks of a resolution; the sweeps that led to them are over. False as with [`Checkpoint::keep`].
+    pub fn keep_walked(&self, points: &[Point]) -> bool {
+        let Some(path) = &self.path else { return true };
+        let mut state = self.state();
+        let numbers = |point: &Point| [point.fitted, point.error, point.step_seconds, point.calibration_seconds];
+        if !points.iter().flat_map(numbers).all(f64::is_finite) {
+            return true;
         }
-        state.failure.is_none()
+        state.content.walked.push(points.to_vec());
+        state.content.sweeps.clear();
+        state.earlier.clear();
+        state.changed(path)
     }
 
     /// Why the file could not be written while the run was under way.
@@ -228,6 +226,7 @@ impl Checkpoint {
         let answers: Vec<f64> =
             pieces.iter().filter(|(piece, _)| piece.stage == Stage::Answer).map(|(_, found)| found.error).collect();
         Finished {
+            resolutions: state.content.walked.len(),
             answers: answers.len(),
             problems: sweep.map_or(0, |sweep| sweep.problems),
             others: pieces.len() - answers.len(),
@@ -242,9 +241,18 @@ impl Checkpoint {
 }
 
 impl State {
+    /// After something new: writes the file if it is time to; false when that failed.
+    fn changed(&mut self, path: &Path) -> bool {
+        self.unwritten = true;
+        if self.failure.is_none() && self.pause.0.seconds() >= self.pause.1 {
+            self.failure = self.write(path).err();
+        }
+        self.failure.is_none()
+    }
+
     fn write(&mut self, path: &Path) -> Result<()> {
         let watch = Stopwatch::start();
-        write::whole(path, text(&self.content).as_bytes()).map_err(|error| match error {
+        write::whole(path, content::text(&self.content).as_bytes()).map_err(|error| match error {
             Error::File { path, message, .. } => {
                 let help = "make room or give write access, then go on with --resume".into();
                 Error::File { path, message, help }
@@ -255,89 +263,6 @@ impl State {
         self.unwritten = false;
         Ok(())
     }
-}
-
-impl Content {
-    fn of(scene: &Scene) -> Self {
-        Self {
-            version: env!("CARGO_PKG_VERSION").into(),
-            seed: scene.calibration.seed,
-            scene: serde_json::to_value(scene).expect("a scene can be written as JSON"),
-            sweeps: vec![],
-        }
-    }
-
-    /// Says what differs, if the other one is not of the same run.
-    fn agrees_with(&self, other: &Self) -> std::result::Result<(), String> {
-        if self.version != other.version {
-            return Err(format!("was made by version {}, this is {}", other.version, self.version));
-        }
-        if self.seed != other.seed {
-            return Err(format!("was made with the seed {}, this run has {}", other.seed, self.seed));
-        }
-        match difference("", &other.scene, &self.scene) {
-            None => Ok(()),
-            Some((key, theirs, ours)) => Err(format!("was made with {key} = {theirs}, this run has {ours}")),
-        }
-    }
-}
-
-/// The first key whose values differ, and both values.
-fn difference(key: &str, a: &Value, b: &Value) -> Option<(String, String, String)> {
-    match (a, b) {
-        (Value::Object(of_a), Value::Object(of_b)) => {
-            let keys = of_a.keys().chain(of_b.keys().filter(|name| !of_a.contains_key(*name)));
-            let join = |name: &str| if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") };
-            keys.into_iter().find_map(|name| {
-                let value = |of: &serde_json::Map<String, Value>| of.get(name).cloned().unwrap_or_default();
-                difference(&join(name), &value(of_a), &value(of_b))
-            })
-        }
-        (Value::Array(of_a), Value::Array(of_b)) if of_a.len() == of_b.len() => {
-            let mut pairs = of_a.iter().zip(of_b).enumerate();
-            pairs.find_map(|(i, (a, b))| difference(&format!("{key}[{i}]"), a, b))
-        }
-        _ if a == b => None,
-        _ => Some((key.to_owned(), shown(a), shown(b))),
-    }
-}
-
-/// A value for a message: short, and a word where there is none.
-fn shown(value: &Value) -> String {
-    let text = if value.is_null() { "nothing".into() } else { value.to_string() };
-    if text.chars().count() <= 60 { text } else { text.chars().take(60).chain("...".chars()).collect() }
-}
-
-/// The text of the file.
-fn text(content: &Content) -> String {
-    let content = serde_json::to_value(content).expect("names and numbers can be written as JSON");
-    let digest = digest(content.to_string().bytes());
-    json!({ "schema": SCHEMA, "digest": format!("{digest:016x}"), "content": content }).to_string()
-}
-
-/// The content of a file, or what is wrong with it.
-fn parse(bytes: &[u8]) -> std::result::Result<Content, String> {
-    let damaged = |error: serde_json::Error| format!("is damaged: {error}");
-    let mut file: Value = serde_json::from_slice(bytes).map_err(damaged)?;
-    if file["schema"] != SCHEMA {
-        return Err(format!("has the schema {}, not \"{SCHEMA}\"", shown(&file["schema"])));
-    }
-    let content = file.get_mut("content").map(Value::take).unwrap_or_default();
-    if file["digest"] != format!("{:016x}", digest(content.to_string().bytes())) {
-        return Err("is damaged: its digest is not that of its content".into());
-    }
-    serde_json::from_value(content).map_err(damaged)
-}
-
-/// FNV-1a (G. Fowler, L. Noll, K.-P. Vo, 1991): tells accidents, not attacks.
-pub fn digest(bytes: impl IntoIterator<Item = u8>) -> u64 {
-    bytes.into_iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
-}
-
-/// JSON has no infinity and no NaN.
-fn is_finite(outcome: &Outcome) -> bool {
-    let points = outcome.trace.iter().flat_map(|point| [point.seconds, point.error]);
-    outcome.phi.iter().copied().chain([outcome.error]).chain(points).all(f64::is_finite)
 }
 
 fn refusal(path: &Path, message: String) -> Error {
