@@ -367,6 +367,35 @@ fn a_full_disk_is_named_and_loses_nothing() {
     assert_same(&results(folder.path()), &expected);
 }
 
+/// A disk that fills up under a run and is then made larger, in a name space of its own; nothing is tested where a system
+/// does not allow one.
+#[test]
+fn a_small_disk_fills_up_and_the_run_goes_on_when_there_is_room() {
+    const SCRIPT: &str = "disk=$1 full=$2 roomy=$3; shift 3
+        mount -t tmpfs -o size=32k none \"$disk\" || exit 77
+        \"$@\"; status=$?
+        cp -r \"$disk\"/. \"$full\"
+        mount -o remount,size=64m \"$disk\"
+        \"$@\" --resume || exit 70
+        cp -r \"$disk\"/. \"$roomy\"
+        exit $status";
+    let (expected, _) = unbroken("circle.toml", &SWEEP);
+    let [disk, full, roomy] = [(); 3].map(|()| tempfile::tempdir().expect("a folder"));
+    let run = call("circle.toml", disk.path(), &SWEEP, &[]);
+    let mut shell = Command::new("unshare");
+    shell.args(["--map-root-user", "--mount", "sh", "-c", SCRIPT, "sh"]);
+    shell.args([disk.path(), full.path(), roomy.path()]).arg(run.get_program()).args(run.get_args());
+    let Ok(output) = shell.stdout(Stdio::null()).output() else { return };
+    let text = message(&output);
+    if output.status.code() == Some(77) || text.starts_with("unshare:") {
+        return;
+    }
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("No space left on device") && text.contains("--resume goes on from"), "{text}");
+    assert_eq!(results(full.path()).keys().collect::<Vec<_>>(), [NAME]);
+    assert_same(&results(roomy.path()), &expected);
+}
+
 #[test]
 fn standard_output_without_room_is_named() {
     let Ok(full) = fs::OpenOptions::new().write(true).open("/dev/full") else { return };
