@@ -112,13 +112,24 @@ pub fn descend(problem: &Problem, settings: &Settings, from: &[f64]) -> Result<O
     let mut error = objective.fit_scale(&mut phi);
     let mut descent = Descent::new(&phi, problem.upper);
     let mut trace = vec![point(&clock, objective.as_ref(), error)];
+    let mut previous: Option<(Vec<f64>, f64)> = None;
     let stop = loop {
         problem.progress.check()?;
         if descent.resolved(error) {
             break Stop::Converged;
         }
-        objective.linearise(&mut descent.residual, &mut descent.jacobian)?;
-        descent.prepare(&phi);
+        match (objective.linearise(&mut descent.residual, &mut descent.jacobian), previous.take()) {
+            (Ok(()), _) => descent.prepare(&phi),
+            // a network that is about to fall apart bears the loads but not the forces of the columns: back to where the
+            // model was made, and less far from there
+            (Err(Error::Inaccurate { .. }), Some(place)) => {
+                (phi, error) = place;
+                trace.pop();
+                descent.damp();
+            }
+            (Err(other), _) => return Err(other),
+        }
+        previous = Some((phi.clone(), error));
         let before = error;
         let stop = loop {
             // every trial counts, also one that an old factor answers
