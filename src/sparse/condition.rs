@@ -7,12 +7,13 @@
 //! ```
 //!
 //! is a convex function on the vectors of length 1, so its maximum is at a unit vector. W. W. Hager (SIAM J. Sci. Stat.
-//! Comput. 5, 1984) climbs from one to the next along the gradient A^-1 (g * s), s the signs of A^-1 x; its largest entry is
-//! a lower bound too, and says which unit vector is next. The climb begins with the signs of a unit vector that an earlier
-//! one for the same A ended at, or with + everywhere, and ends when a step promises, or brings, less than half as much again.
-//! N. J. Higham (ACM Trans. Math. Softw. 14, 1988) adds a vector of alternating signs that unfortunate matrices do not deceive.
-//! A^-1 of it and of the last unit vector are kept for the next g ([`Inverse`]): three or four solves for the first, one or
-//! two for every further one. The estimate is a lower bound, mostly within a factor of three, seldom of ten. With it
+//! Comput. 5, 1984) climbs from one to the next along the gradient A^-1 (g * s), s the signs of A^-1 x; its largest
+//! entry is a lower bound too, and says which unit vector is next. The climb begins with the signs of a unit vector
+//! that an earlier one for the same A ended at, or with + everywhere, and ends when a step promises, or brings, less
+//! than half as much again. N. J. Higham (ACM Trans. Math. Softw. 14, 1988) adds a vector of alternating signs that
+//! unfortunate matrices do not deceive. A^-1 of it and of the last unit vector are kept for the next g ([`Inverse`]):
+//! three or four solves for the first, one or two for every further one. The estimate is a lower bound, mostly within a
+//! factor of three, seldom of ten. With it
 //!
 //! ```text
 //! kappa = |A|_1 |A^-1|_1                                                        (g = 1)

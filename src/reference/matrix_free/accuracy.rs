@@ -1,13 +1,14 @@
 //! How sure the displacements are that conjugate gradients found.
 //!
-//! The residual r = f - K u is one product; |K| |u| and |K|_1 come from `sizes`, and with them the componentwise backward
-//! error of [`crate::sparse::backward_error`], the measure of every path. Conjugate gradients end at a residual that is small
-//! as a whole, |r| <= 1e-12 |f|, and where little moves its part may be large. So they are refined like the solves of a factor:
-//! K d = r is solved to as many digits as are missing, and u + d taken while that is better. |K| |u| stays that of the
-//! first u, which is the same to far more digits than an error has.
+//! The residual r = f - K u is one product; |K| |u| and |K|_1 come from `sizes`, and with them the componentwise
+//! backward error of [`crate::sparse::backward_error`], the measure of every path. Conjugate gradients end at a
+//! residual that is small as a whole, |r| <= 1e-12 |f|; where little moves, its part may be large. So they are refined
+//! like the solves of a factor: K d = r is solved to as many digits as are missing, and u + d taken while that is
+//! better. |K| |u| stays that of the first u, which differs by less than an error has digits.
 //!
-//! The condition and the forward error are those of [`crate::sparse::condition`], whose solves are conjugate gradients with
-//! the same preconditioner to one digit. All load cases share one bound: with
+//! The condition and the forward error are those of [`crate::sparse::condition`], whose solves are conjugate gradients
+//! with the same preconditioner to one digit. Together they take about as long as one load case. All load cases share
+//! one bound: with
 //!
 //! ```text
 //! g_i = max over the cases of (|r| + m u (|K| |u| + |f|))_i / |u|_inf
@@ -47,8 +48,8 @@ pub(super) struct System<'a> {
 }
 
 impl System<'_> {
-    /// Refines the answers to `loads` and says how sure they are, the worst of all. Takes a short solve for each and about five for
-    /// the estimates, however many there are.
+    /// Refines the answers to `loads` and says how sure they are, the worst of all. Takes a short solve for each, and about
+    /// five for the estimates, however many there are.
     ///
     /// # Errors
     /// [`Error::Interrupted`] when the user stops the run.

@@ -6,10 +6,10 @@
 //! K_ab = lambda S + mu S^T + mu tr(S) 1,   S = sum_q G_a G_b^T
 //! ```
 //!
-//! (see [`crate::reference::stiffness`]). Blocks with a not after b (in C order) are summed in a window of p + 1 planes of
-//! nodes a across the first direction; the partner b lies at one of (p_0 + 1)(2 p_1 + 1)(2 p_2 + 1) offsets. When no
-//! further element touches a plane, its blocks are handed over line by line, and the plane is used anew. The body is cut
-//! in slabs of planes, whatever the number of threads; elements at a cut are computed for both.
+//! (see [`crate::reference::stiffness`]). Blocks with a not after b (in C order) are summed in a window of p + 1 planes
+//! of nodes a across the first direction; the partner b lies at one of (p_0 + 1)(2 p_1 + 1)(2 p_2 + 1) offsets. When no
+//! further element touches a plane, its blocks are handed over line by line, and the plane is used anew. The body is
+//! cut in slabs of planes, whatever the number of threads; elements at a cut are computed for both.
 
 use std::ops::Range;
 
@@ -35,8 +35,8 @@ pub(super) struct Line<'a> {
     pub range: Range<usize>,
 }
 
-/// Hands every block of K (all nodes apart, none held) to `take` once, with what `begin` made for the slab of its nodes (planes
-/// from, to); what came of the slabs, in their order.
+/// Hands every block of K (all nodes apart, none held) to `take` once, with what `begin` made for the slab of its nodes
+/// (planes from, to); what came of the slabs, in their order.
 pub(super) fn pass<S: Send>(
     body: &Body,
     lame: Lame,
