@@ -6,6 +6,9 @@
 //! like the solves of a factor: K d = r is solved to as many digits as are missing, and u + d taken while that is
 //! better. |K| |u| stays that of the first u, which differs by less than an error has digits.
 //!
+//! The residual is that of the product. An assembled K is rounded in another way, by some 1e-15 of its entries and up to
+//! 1e-14 where the map is nearly singular; the errors are as far apart.
+//!
 //! The condition and the forward error are those of [`crate::sparse::condition`], whose solves are conjugate gradients
 //! with the same preconditioner to one digit. Together they take about as long as one load case. All load cases share
 //! one bound: with
