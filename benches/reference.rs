@@ -1,4 +1,4 @@
-//! The iterated reference on fine bodies: seconds, iterations, residual, memory.
+//! The iterated reference on fine bodies: seconds, iterations, residual, accuracy, memory.
 //!
 //! Policy: the six bodies' load, p + 1 Gauss points, all threads (RAYON_NUM_THREADS sets them), one run each; memory is the
 //! largest of the process so far. Run with `cargo bench --bench reference`.
@@ -38,12 +38,15 @@ fn main() {
         let Path::Iterative { iterations, residual } = &found.path else {
             unreachable!("the iterative path was asked for")
         };
-        let expected = memory_bytes(&patch, 0, dofs.len(), rayon::current_num_threads()) as f64 / 1e9;
+        let expected = memory_bytes(&patch, 0, dofs.len(), 1, rayon::current_num_threads()) as f64 / 1e9;
         println!(
             "{name} {control_points:?}: {} dofs, {:.2} s, {iterations:?} iterations, residual {residual:.1e}, \
-             {expected:.2} GB expected, {:.2} GB so far",
+             backward error {:.1e}, condition {:.1e}, forward error {:.1e}, {expected:.2} GB expected, {:.2} GB so far",
             dofs.len(),
             found.seconds,
+            found.accuracy.backward_error,
+            found.accuracy.condition,
+            found.accuracy.forward_error,
             peak_bytes().unwrap_or(0) as f64 / 1e9
         );
     }

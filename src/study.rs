@@ -204,7 +204,7 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
     warnings.extend(linear_fit::warning(&scene, &body));
     warnings.extend(loads::warnings(&scene, &loads));
     warnings.extend(large::warnings(&loads, &reference));
-    warnings.extend(reference.accuracy.and_then(|accuracy| accuracy.warning("reference")));
+    warnings.extend(reference.accuracy.warning("reference"));
     warnings.extend(calibration.accuracy.and_then(|accuracy| accuracy.warning("springs")));
     warnings.extend(calibration.warning());
     warnings.extend(calibration.weakness.warning());

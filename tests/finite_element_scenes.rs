@@ -76,7 +76,7 @@ fn every_shape_is_a_body_under_every_method_that_it_does_not_fold() {
             // smoothing domains are built with the body, and find a folded cell there
             match body::build(&scene).and_then(|body| reference(&body, &scene)) {
                 Ok(found) => {
-                    assert!(found.cases[0].compliance > 0.0 && found.backward_error < 1e-10);
+                    assert!(found.cases[0].compliance > 0.0 && found.accuracy.backward_error < 1e-10);
                     measures.insert(method.name, found.measure);
                 }
                 Err(Error::FoldedElement { .. }) => folded.push((shape.name, method.name)),

@@ -1,6 +1,8 @@
-//! The iterative path of the reference against the direct one: same displacements, norms and measures for every kind of
-//! body, support and tie; iteration counts; bits.
+//! The iterative path of the reference against the direct one: same displacements, norms, measures and estimates of the
+//! errors for every kind of body, support and tie; iteration counts; bits.
 
+use nalgebra_sparse::CsrMatrix;
+use nalgebra_sparse::csr::CsrRow;
 use springfit::error::Error;
 use springfit::geometry::dofs::{DofMap, tie_coincident};
 use springfit::geometry::patch::Patch;
@@ -10,7 +12,7 @@ use springfit::reference::loads::{self, Load};
 use springfit::reference::material::{Lame, Material, Plane};
 use springfit::reference::matrix_free::solve::memory_bytes;
 use springfit::reference::methods::nurbs;
-use springfit::reference::{Path, Reference, reason_to_factor};
+use springfit::reference::{self, Path, Reference, reason_to_factor};
 use springfit::sparse::ordering::minimum_degree;
 
 const MATERIAL: Material = Material { young: 15e3, poisson: 0.3 };
@@ -89,11 +91,39 @@ impl Case {
         let norms = relative(fast.stiffness_frobenius(), exact.stiffness_frobenius());
         assert!(norms < 1e-11, "{what}: Frobenius norms differ by {norms:.1e}");
         assert!(relative(fast.measure, exact.measure) < 1e-12, "{what}");
-        assert!(fast.backward_error < 1e-13, "{what}: backward error {:.1e}", fast.backward_error);
+        let (sure, exactly) = (fast.accuracy, exact.accuracy);
+        assert!(sure.backward_error < 1e-14, "{what}: {sure:?}");
+        let stored = exact.stiffness.as_ref().expect("a factored matrix");
+        let error = fast.cases.iter().zip(self.loads(&self.dofs())).map(|(case, load)| error_of(stored, case, &load));
+        let error = error.fold(0.0, f64::max);
+        // two ways to round K: where a map is nearly singular its entries agree to some 1e-14
+        assert!(error < 3e-14, "{what}: {error:.1e} on the matrix, {sure:?}");
+        println!("{what}: backward error {error:.1e} on the matrix, {:.1e} on the product", sure.backward_error);
+        let condition = sure.condition / exactly.condition;
+        assert!((0.5..2.0).contains(&condition), "{what}: {sure:?} and {exactly:?}");
+        for (a, b) in fast.cases.iter().zip(&exact.cases) {
+            let largest = b.displacement.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+            let off = a.displacement.iter().zip(&b.displacement).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+            assert!(off / largest <= sure.forward_error, "{what}: off by {:.1e}, {sure:?}", off / largest);
+        }
+        let forward = sure.forward_error / exactly.forward_error;
+        assert!((0.5..2.0).contains(&forward), "{what}: {sure:?} and {exactly:?}");
+        println!("{what}: {sure:?}, of the direct path's condition {condition:.3}, bound {forward:.3}");
         let Path::Iterative { iterations, residual } = &fast.path else { panic!("{what} was iterated") };
         println!("{what}: {iterations:?} iterations, residual {residual:.1e}, norm {norms:.1e}");
         iterations[0]
     }
+}
+
+/// Componentwise backward error on the assembled matrix.
+fn error_of(stiffness: &CsrMatrix<f64>, case: &reference::Case, load: &Load) -> f64 {
+    let row = |(i, row): (usize, CsrRow<f64>)| {
+        let terms = row.col_indices().iter().zip(row.values()).map(|(&j, k)| k * case.displacement[j]);
+        let (sum, scale) = terms.fold((0.0, 0.0), |(sum, scale), term| (sum + term, scale + term.abs()));
+        let rest: f64 = load.forces[i] - sum;
+        if rest == 0.0 { 0.0 } else { rest.abs() / (scale + load.forces[i].abs()) }
+    };
+    stiffness.row_iter().enumerate().map(row).fold(0.0, f64::max)
 }
 
 #[test]
@@ -172,7 +202,7 @@ fn bits_do_not_depend_on_the_number_of_threads() {
     let solve = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         let solved = pool.install(|| case.iterative());
-        (solved.stiffness_frobenius(), solved.measure, solved.cases, solved.path)
+        (solved.stiffness_frobenius(), solved.measure, solved.accuracy, solved.cases, solved.path)
     };
     let one = solve(1);
     assert_eq!(solve(2), one);
@@ -215,7 +245,7 @@ fn hard_case_folded_body() {
 fn memory_grows_like_the_body() {
     let bytes = |n: usize| {
         let case = Case::new("cube", &[n; 3], &[2; 3]);
-        memory_bytes(&case.patch, 0, case.dofs().len(), 2)
+        memory_bytes(&case.patch, 0, case.dofs().len(), 1, 2)
     };
     let (coarse, fine) = (bytes(17), bytes(33));
     assert!(fine < 300_000_000 && fine < 10 * coarse, "{coarse} and {fine} bytes");

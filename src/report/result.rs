@@ -59,11 +59,9 @@ struct Reference {
     stiffness_frobenius: f64,
     measure: f64,
     backward_error: f64,
-    /// Estimates, on the direct path: kappa_1 of K, and a bound of the relative error of the displacements.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    condition: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    forward_error: Option<f64>,
+    /// Estimates: kappa_1 of K, and a bound of the relative error of the displacements.
+    condition: f64,
+    forward_error: f64,
     /// Equilibrium under large displacements: Newton's iterations, factorisations, forces out of balance.
     #[serde(skip_serializing_if = "Option::is_none")]
     large: Option<Large>,
@@ -257,9 +255,9 @@ fn reference(study: &Study) -> Reference {
         u_norm2: case.u_norm2,
         stiffness_frobenius: study.reference.stiffness_frobenius(),
         measure: study.reference.measure,
-        backward_error: study.reference.backward_error,
-        condition: study.reference.accuracy.map(|accuracy| accuracy.condition),
-        forward_error: study.reference.accuracy.map(|accuracy| accuracy.forward_error),
+        backward_error: study.reference.accuracy.backward_error,
+        condition: study.reference.accuracy.condition,
+        forward_error: study.reference.accuracy.forward_error,
         large: study.reference.large.as_ref().map(|large| Large {
             load_steps: study.scene.reference.load_steps,
             newton_iterations: large.iterations,

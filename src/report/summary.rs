@@ -39,12 +39,12 @@ fn head(study: &Study, line: &mut Line) {
         line(quality.summary());
     }
     line(format!(
-        "reference: {}, measure {:.6}, u_max {:.6} m, backward error {:.1e}{}, {:.3} s",
+        "reference: {}, measure {:.6}, u_max {:.6} m, backward error {:.1e}, condition {:.0e}, {:.3} s",
         study.body.method.name,
         study.reference.measure,
         study.reference.cases.iter().fold(0.0, |a: f64, c| a.max(c.u_max)),
-        study.reference.backward_error,
-        study.reference.accuracy.map_or(String::new(), |sure| format!(", condition {:.0e}", sure.condition)),
+        study.reference.accuracy.backward_error,
+        study.reference.accuracy.condition,
         study.reference.seconds
     ));
 }

@@ -36,8 +36,10 @@ const NETWORK_BYTES: usize = 80;
 const GRID_SECONDS: f64 = 3e-6;
 const GRID_SOLVES: usize = 8;
 
-/// Seconds of the iterated reference for each unknown and load case; for estimates only.
+/// Seconds of the iterated reference for each unknown and load case, and for each unknown once (its accuracy); for estimates
+/// only.
 const ITERATED_SECONDS: f64 = 2e-5;
+const ESTIMATED_SECONDS: f64 = 2e-5;
 
 /// Free degrees of freedom from which a run is always compared with what is free.
 const SMALL: usize = 20_000;
@@ -187,16 +189,17 @@ impl Cost {
     ) -> Result<Self> {
         let threads = rayon::current_num_threads();
         let reference = match scene.converged {
-            None => reference_cost(body, threads)?,
+            None => reference_cost(body, cases, threads)?,
             // the finer mesh comes on top, at another time
             Some(scene::Converged { halvings, elevations }) => {
-                reference_cost(body, threads)?.and(reference_cost(&body.refined(elevations, halvings)?, threads)?)
+                let finer = reference_cost(&body.refined(elevations, halvings)?, cases, threads)?;
+                reference_cost(body, cases, threads)?.and(finer)
             }
         };
         let springs = SpringCost::of(body, lattice, optimiser, settings, fitted, distinct);
         Ok(Self {
             bytes: reference.bytes.max(springs.bytes),
-            seconds: reference.seconds * cases as f64 + springs.seconds / threads as f64,
+            seconds: reference.seconds + springs.seconds / threads as f64,
             reference,
             springs,
         })
@@ -222,12 +225,13 @@ impl ReferenceCost {
 }
 
 /// The cost of the path that the reference will take.
-fn reference_cost(body: &Body, threads: usize) -> Result<ReferenceCost> {
+fn reference_cost(body: &Body, cases: usize, threads: usize) -> Result<ReferenceCost> {
     let points = body.integration_points()?;
     let unknowns = body.dofs.len();
     if let (None, Some((patch, extra))) = (reference::reason_to_factor(&points, &body.dofs), points.splines()) {
-        let bytes = memory_bytes(patch, extra, unknowns, threads);
-        return Ok(ReferenceCost { bytes, factor_entries: 0, seconds: ITERATED_SECONDS * unknowns as f64 });
+        let bytes = memory_bytes(patch, extra, unknowns, cases, threads);
+        let seconds = (ITERATED_SECONDS * cases as f64 + ESTIMATED_SECONDS) * unknowns as f64;
+        return Ok(ReferenceCost { bytes, factor_entries: 0, seconds });
     }
     let order = body.reference_order(&points)?;
     let pattern = stiffness::pattern(&points, &body.dofs);
@@ -235,7 +239,7 @@ fn reference_cost(body: &Body, threads: usize) -> Result<ReferenceCost> {
     Ok(ReferenceCost {
         bytes: symbolic.factor_bytes() + 16 * pattern.entries(),
         factor_entries: symbolic.factor_entries(),
-        seconds: symbolic.factor_flops() / RATE,
+        seconds: cases as f64 * symbolic.factor_flops() / RATE,
     })
 }
 

@@ -10,13 +10,17 @@
 //! | `geometry` | the map of the body at every Gauss point: what makes reference derivatives physical ones |
 //! | `operator` | K x, element by element, by sum factorisation |
 //! | `separable` | the nearest product form of the coefficients, and the preconditioner from it |
-//! | `frobenius` | sqrt(sum K_ij^2), in passes over slabs |
+//! | `blocks` | one pass over the blocks of K, a few planes at a time |
+//! | `sizes` | sqrt(sum K_ij^2), |K|_1 and |K| |u|, from that pass |
 //! | [`solve`] | conjugate gradients on all this |
+//! | `accuracy` | backward error, condition and forward error of what they find |
 
+mod accuracy;
+mod blocks;
 mod direction;
-mod frobenius;
 mod geometry;
 mod lanes;
 mod operator;
 mod separable;
+mod sizes;
 pub mod solve;

@@ -5,12 +5,14 @@
 //! product, which grows like n^3, takes most of it up to n = 100), memory like n^3.
 //!
 //! Rounding alone leaves a residual of about e |K| |u| with e = 1e-16. On fine meshes that can be more than what is
-//! asked of |f|; the iteration then is as good as a direct solution and counts as done.
+//! asked of |f|; the iteration then is as good as a direct solution and counts as done. What is found is refined, and its
+//! errors are estimated, in `accuracy`.
 
-use super::frobenius;
+use super::accuracy::System;
 use super::geometry::Body;
 use super::operator::Operator;
 use super::separable::{self, Preconditioner};
+use super::sizes::{self, sizes};
 use crate::clock::Interrupt;
 use crate::error::Result;
 use crate::geometry::dofs::DofMap;
@@ -18,6 +20,7 @@ use crate::geometry::patch::Patch;
 use crate::reference::material::Lame;
 use crate::reference::points::IntegrationPoints;
 use crate::sparse::cg;
+use crate::sparse::condition::Accuracy;
 
 /// A residual of this share of |K| |u| + |f| is rounding.
 const ROUNDING: f64 = 1e-14;
@@ -27,13 +30,12 @@ const ROUNDING: f64 = 1e-14;
 pub struct Iterated {
     /// Displacement of each free degree of freedom in m, one vector a load case.
     pub displacements: Vec<Vec<f64>>,
-    /// Iterations of each load case.
+    /// Iterations of each load case, without those of its refinement.
     pub iterations: Vec<usize>,
     /// Largest |f - K u| / |f|, computed.
     pub residual: f64,
-    /// Largest |f - K u| / (|K| |u| + |f|) with the Frobenius norm of K: the normwise backward error (J. L. Rigal,
-    /// J. Gaches, J. ACM 14, 1967).
-    pub backward_error: f64,
+    /// How sure they are, the worst of all load cases.
+    pub accuracy: Accuracy,
     /// sqrt(sum of K_ij^2) in N/m.
     pub frobenius: f64,
     /// Volume of the body in m^3 (with the thickness in two dimensions).
@@ -73,8 +75,8 @@ pub fn solve(
         displacements: vec![],
         iterations: vec![],
         residual: 0.0,
-        backward_error: 0.0,
-        frobenius: frobenius::norm(&body, dofs, lame),
+        accuracy: Accuracy { backward_error: 0.0, condition: 0.0, forward_error: 0.0 },
+        frobenius: 0.0,
         volume: body.volume,
     };
     for load in loads {
@@ -96,18 +98,26 @@ pub fn solve(
             return Ok(None);
         }
         found.residual = found.residual.max(outcome.residual);
-        if force > 0.0 {
-            let scale = found.frobenius * moved + force;
-            found.backward_error = found.backward_error.max(outcome.residual * force / scale);
-        }
         found.displacements.push(u);
         found.iterations.push(outcome.iterations);
     }
+    let answers: Vec<&[f64]> = found.displacements.iter().map(Vec::as_slice).collect();
+    let mut size = sizes(&body, dofs, lame, &answers);
+    found.frobenius = size.frobenius;
+    let mut system = System {
+        operator: &operator,
+        preconditioner: &preconditioner,
+        space: &mut space,
+        inner: &mut inner,
+        iteration: &mut work,
+        limit: limits.iterations,
+    };
+    system.finish(loads, &mut size, &mut found)?;
     Ok(Some(found))
 }
 
-/// Bytes that [`solve`] takes at most beside its result, with `threads` threads.
-pub fn memory_bytes(patch: &Patch, extra_points: usize, dofs: usize, threads: usize) -> usize {
+/// Bytes that [`solve`] takes at most beside its result, for `cases` load cases and with `threads` threads.
+pub fn memory_bytes(patch: &Patch, extra_points: usize, dofs: usize, cases: usize, threads: usize) -> usize {
     let nodes = patch.points().len() * patch.dimension();
     let map = Body::bytes(patch, extra_points);
     // fields of the map; those of the product with its slabs (1.5 of the nodes) and of the preconditioner; of the iteration
@@ -115,8 +125,9 @@ pub fn memory_bytes(patch: &Patch, extra_points: usize, dofs: usize, threads: us
     let product = 8 * nodes * 7 / 2;
     let preconditioner = nodes * (4 + 8 + 8 + 8 + 8) + dofs * (8 + 16);
     let iteration = 8 * dofs * 5;
-    let norm = frobenius::window_bytes(patch) * threads + 8 * 3 * patch.points().len();
-    map + mapping.max(preconditioner + product + iteration + norm)
+    // at the end |K| |u|, then nine vectors for the refinement and the estimates
+    let accuracy = sizes::bytes(patch, dofs, cases, threads).max(8 * dofs * (cases + 9));
+    map + mapping.max(preconditioner + product + iteration + accuracy)
 }
 
 fn length(x: &[f64]) -> f64 {

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | direct, continuum | backward error at most 1e-15 after at most one refinement, or an error that says so |
 //! | single, stale, multigrid | residual over force at most the tolerance, or a backward error at the limit of rounding |
-//! | fast diagonalisation | the same with its own tolerance, or the continuum is factored instead |
+//! | fast diagonalisation | residual over force at most 1e-12 or backward error at most 1e-15, or the continuum is factored |
 //! | surrogate | its energy error is below its certificate, up to the rounding of a solve |
 //!
 //! A refusal in words is a promise kept: the number that comes out wrong is the only failure.

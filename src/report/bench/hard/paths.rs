@@ -281,12 +281,12 @@ pub fn continuum(hard: &Hard, problem: &Problem) -> Result<Vec<Row>> {
                 reference::Path::Iterative { iterations, residual } => (iterations[0], *residual),
                 reference::Path::Direct { .. } => (0, 0.0),
             };
-            let answer = truth.answer(u, None);
-            let words = format!(
-                "residual {residual:.1e}, normwise backward error {:.1e}, {iterations} iterations",
-                found.backward_error
-            );
-            let kept = residual <= 1e-11 || found.backward_error <= 1e-13;
+            let answer = truth.answer(u, Some(found.accuracy));
+            let mut words = format!("residual {residual:.1e}, {iterations} iterations");
+            if let Some(warning) = found.accuracy.warning("; it warns") {
+                words += &warning;
+            }
+            let kept = residual <= reference::TOLERANCE || answer.backward_error <= PROMISE;
             Row { case: hard.name.clone(), path: name, unknowns: n, answer: Some(answer), words, kept, seconds }
         }
         Ok(None) => refused(hard, name, n, "did not converge: the continuum is factored instead".into(), seconds),

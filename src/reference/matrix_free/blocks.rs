@@ -1,4 +1,4 @@
-//! sqrt(sum of K_ij^2) over the free degrees of freedom, with a few planes of K at a time.
+//! One pass over the blocks of K, with a few planes of K at a time.
 //!
 //! With the gradients G_a = sqrt(s) dR_a/dx at the points of an element its share of the block of nodes a and b is
 //!
@@ -6,55 +6,53 @@
 //! K_ab = lambda S + mu S^T + mu tr(S) 1,   S = sum_q G_a G_b^T
 //! ```
 //!
-//! (see [`crate::reference::stiffness`]). Blocks with a before b (in C order) are summed in a window of p + 1 planes of
-//! nodes a across the first direction; the partner b lies at one of (p_0 + 1)(2 p_1 + 1)(2 p_2 + 1) offsets. When no
-//! further element touches a plane, its squares are added up, twice for a != b, and the plane is used anew. The body is
-//! cut in slabs of planes that are summed one by one; elements at a cut are computed for both. Blocks of tied nodes belong
-//! to the block of their masters: those few are listed and summed at the end.
+//! (see [`crate::reference::stiffness`]). Blocks with a not after b (in C order) are summed in a window of p + 1 planes
+//! of nodes a across the first direction; the partner b lies at one of (p_0 + 1)(2 p_1 + 1)(2 p_2 + 1) offsets. When no
+//! further element touches a plane, its blocks are handed over line by line, and the plane is used anew. The body is
+//! cut in slabs of planes, whatever the number of threads; elements at a cut are computed for both.
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 
 use super::geometry::{Body, PLAIN, Space};
-use crate::geometry::dofs::{DofMap, FIXED};
 use crate::geometry::patch::Patch;
 use crate::lanes::{Kernel, LANES, Lanes, widest};
 use crate::reference::material::Lame;
 
 /// Planes of nodes in a slab.
-const PLANES: usize = 16;
+pub(super) const PLANES: usize = 16;
 
-/// The block of two masters, the first not after the second.
-type TiedBlock = ((u32, u32), [[f64; 3]; 3]);
+/// The blocks of the nodes of a line with the nodes at one offset from them, in N/m.
+pub(super) struct Line<'a> {
+    /// K_ij of the blocks, one after another (row-major), each for all nodes of the line.
+    pub blocks: &'a [f64],
+    /// The first node of the line.
+    pub first: usize,
+    /// How far the partner of a node is behind it; 0 when it is the node itself.
+    pub offset: usize,
+    /// The nodes of the line, counted from the first, that have a partner.
+    pub range: Range<usize>,
+}
 
-/// sqrt(sum of K_ij^2) in N/m.
-pub(super) fn norm(body: &Body, dofs: &DofMap, lame: Lame) -> f64 {
+/// Hands every block of K (all nodes apart, none held) to `take` once, with what `begin` made for the slab of its nodes
+/// (planes from, to); what came of the slabs, in their order.
+pub(super) fn pass<S: Send>(
+    body: &Body,
+    lame: Lame,
+    begin: impl Fn([usize; 2]) -> S + Sync,
+    take: impl Fn(&mut S, Line) + Sync,
+) -> Vec<S> {
     let planes = body.directions[0].functions;
-    let mut count = vec![0u32; body.nodes()];
-    (0..body.nodes()).for_each(|node| count[dofs.master(node)] += 1);
-    let tied: Vec<bool> = (0..body.nodes()).map(|node| count[dofs.master(node)] > 1).collect();
-    let alone: Vec<f64> = (0..3)
-        .flat_map(|c| {
-            let moves = |node: usize| c < body.dimension && dofs.free(node)[c] != FIXED && !tied[node];
-            (0..body.nodes()).map(move |node| if moves(node) { 1.0 } else { 0.0 }).collect::<Vec<f64>>()
-        })
-        .collect();
-    let slabs: Vec<(f64, Vec<TiedBlock>)> = (0..planes.div_ceil(PLANES))
+    (0..planes.div_ceil(PLANES))
         .into_par_iter()
         .map(|s| {
             let range = [s * PLANES, ((s + 1) * PLANES).min(planes)];
-            let mut sums = (0.0, Vec::new());
-            let window = Window::new(body);
-            widest(Slab { body, dofs, lame, alone: &alone, tied: &tied, range, window, sums: &mut sums });
+            let mut sums = begin(range);
+            widest(Slab { body, lame, range, window: Window::new(body), take: |line: Line| take(&mut sums, line) });
             sums
         })
-        .collect();
-    let mut blocks: Vec<TiedBlock> = Vec::new();
-    let mut sum = 0.0;
-    for (part, listed) in slabs {
-        sum += part;
-        blocks.extend(listed);
-    }
-    (sum + tied_squares(dofs, blocks)).sqrt()
+        .collect()
 }
 
 /// Bytes of the window of one thread.
@@ -63,27 +61,6 @@ pub(super) fn window_bytes(patch: &Patch) -> usize {
     let offsets = (p[0] + 1) * (2 * p[1] + 1) * (2 * p[2] + 1);
     let plane: usize = (1..patch.dimension()).map(|a| patch.knots(a).len()).product();
     (p[0] + 1) * plane * offsets * 9 * size_of::<f64>()
-}
-
-/// Squares of the blocks of tied nodes, each summed over its parts.
-fn tied_squares(dofs: &DofMap, mut blocks: Vec<TiedBlock>) -> f64 {
-    blocks.sort_by_key(|block| block.0);
-    blocks
-        .chunk_by(|a, b| a.0 == b.0)
-        .map(|parts| {
-            let (a, b) = parts[0].0;
-            let (a, b) = (a as usize, b as usize);
-            let mut sum = 0.0;
-            for (i, &row) in dofs.free(a).iter().enumerate() {
-                for (j, &column) in dofs.free(b).iter().enumerate() {
-                    if row != FIXED && column != FIXED {
-                        sum += parts.iter().map(|(_, part)| part[i][j]).sum::<f64>().powi(2);
-                    }
-                }
-            }
-            if a == b { sum } else { 2.0 * sum }
-        })
-        .sum()
 }
 
 /// Blocks of a few planes of nodes.
@@ -113,21 +90,17 @@ impl Window {
     }
 }
 
-/// The sum of one slab.
-struct Slab<'a> {
+/// One slab.
+struct Slab<'a, Take: FnMut(Line)> {
     body: &'a Body,
-    dofs: &'a DofMap,
     lame: Lame,
-    /// 1 where a component of a node is free and not tied; component by component, three of them.
-    alone: &'a [f64],
-    tied: &'a [bool],
     /// Planes of nodes.
     range: [usize; 2],
     window: Window,
-    sums: &'a mut (f64, Vec<TiedBlock>),
+    take: Take,
 }
 
-impl Kernel for Slab<'_> {
+impl<Take: FnMut(Line)> Kernel for Slab<'_, Take> {
     #[inline(always)]
     fn run<const REGISTERS: u8>(mut self) {
         let body = self.body;
@@ -150,7 +123,7 @@ impl Kernel for Slab<'_> {
     }
 }
 
-impl Slab<'_> {
+impl<Take: FnMut(Line)> Slab<'_, Take> {
     /// Gradients of all functions of a batch at all points, times the root of the volume.
     #[inline(always)]
     fn differentiate<const REGISTERS: u8>(&mut self, e0: usize, e1: usize, b: usize) {
@@ -227,50 +200,31 @@ impl Slab<'_> {
         }
     }
 
-    /// Adds the squares of a finished plane of nodes and empties it.
+    /// Hands over a finished plane of nodes and empties it.
     fn close(&mut self, plane: usize) {
-        let body = self.body;
-        let [d0, d1, d2] = &body.directions;
+        let [d0, d1, d2] = &self.body.directions;
         let (n1, n2) = (d1.functions, d2.functions);
         let [o0, o1, o2] = self.window.offsets;
-        let line = self.window.line(body);
+        let (middle, own) = ([0, d1.order - 1, d2.order - 1], (d1.order - 1) * n2 + d2.order - 1);
+        let size = self.window.line(self.body);
         for i1 in 0..n1 {
-            let start = ((plane % d0.order) * n1 + i1) * line;
-            for offset in 0..o0 * o1 * o2 {
-                let step = [offset / (o1 * o2), offset / o2 % o1, offset % o2];
-                let (b0, b1) = (plane + step[0], i1 + step[1]);
-                if b0 >= d0.functions || b1 < d1.order - 1 || b1 - (d1.order - 1) >= n1 {
+            let start = ((plane % d0.order) * n1 + i1) * size;
+            for place in 0..o0 * o1 * o2 {
+                let step = [place / (o1 * o2), place / o2 % o1, place % o2];
+                // lines beyond the ends of the body do not exist, nodes before a are not summed
+                let outside = plane + step[0] >= d0.functions || !(middle[1]..middle[1] + n1).contains(&(i1 + step[1]));
+                if outside || step < middle {
                     continue;
                 }
-                let a = (plane * n1 + i1) * n2;
-                // number of the node at offset from node 0 of the line; nodes beyond the ends of the line do not exist
-                let b = ((b0 * n1 + b1 - (d1.order - 1)) * n2 + step[2]) as isize - (d2.order - 1) as isize;
-                let low = (d2.order - 1).saturating_sub(step[2]);
-                let high = n2.min((n2 + d2.order - 1).saturating_sub(step[2]));
-                let same = step == [0, d1.order - 1, d2.order - 1];
-                let blocks = &self.window.blocks[start + offset * 9 * n2..][..9 * n2];
-                self.sums.0 += if same { 1.0 } else { 2.0 } * self.squares(blocks, a, b, low..high);
-                for i2 in (low..high).filter(|&i2| self.tied[a + i2] || self.tied[(b + i2 as isize) as usize]) {
-                    let (a, b) = (a + i2, (b + i2 as isize) as usize);
-                    let block = std::array::from_fn(|i| std::array::from_fn(|j| blocks[(3 * i + j) * n2 + i2]));
-                    list_tied(self.dofs, a, b, block, &mut self.sums.1);
-                }
+                (self.take)(Line {
+                    blocks: &self.window.blocks[start + place * 9 * n2..][..9 * n2],
+                    first: (plane * n1 + i1) * n2,
+                    offset: (step[0] * n1 + step[1]) * n2 + step[2] - own,
+                    range: middle[2].saturating_sub(step[2])..n2.min((n2 + middle[2]).saturating_sub(step[2])),
+                });
             }
-            self.window.blocks[start..][..line].fill(0.0);
+            self.window.blocks[start..][..size].fill(0.0);
         }
-    }
-
-    /// Sum of the squares of the blocks of nodes a + i and b + i that are free and not tied.
-    fn squares(&self, blocks: &[f64], a: usize, b: isize, range: std::ops::Range<usize>) -> f64 {
-        let nodes = self.body.nodes();
-        let mut sum = 0.0;
-        for (entry, row) in blocks.chunks_exact(blocks.len() / 9).enumerate() {
-            let left = &self.alone[entry / 3 * nodes + a..][range.clone()];
-            let first = (b + range.start as isize) as usize;
-            let right = &self.alone[entry % 3 * nodes + first..][..range.len()];
-            sum += row[range.clone()].iter().zip(left).zip(right).map(|((k, l), r)| k * k * l * r).sum::<f64>();
-        }
-        sum
     }
 }
 
@@ -286,20 +240,4 @@ fn outer<const REGISTERS: u8>(a: &[Lanes], b: &[Lanes]) -> [[Lanes; 3]; 3] {
         }
     }
     sums
-}
-
-/// Lists the block of nodes a and b (and its transpose when their masters are one) under their masters.
-fn list_tied(dofs: &DofMap, a: usize, b: usize, block: [[f64; 3]; 3], list: &mut Vec<TiedBlock>) {
-    let (first, second) = (dofs.master(a) as u32, dofs.master(b) as u32);
-    let turned = [0, 1, 2].map(|i| [0, 1, 2].map(|j| block[j][i]));
-    match first.cmp(&second) {
-        std::cmp::Ordering::Less => list.push(((first, second), block)),
-        std::cmp::Ordering::Greater => list.push(((second, first), turned)),
-        std::cmp::Ordering::Equal => {
-            list.push(((first, first), block));
-            if a != b {
-                list.push(((first, first), turned));
-            }
-        }
-    }
 }
