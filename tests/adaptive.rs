@@ -6,7 +6,8 @@ use std::sync::Arc;
 use serde_json::Value;
 use springfit::calibration::adaptive::features::{self, Site};
 use springfit::calibration::adaptive::part::Part;
-use springfit::calibration::adaptive::worker::{Cases, Ground, Worker};
+use springfit::calibration::adaptive::state::Cases;
+use springfit::calibration::adaptive::worker::{Ground, Worker};
 use springfit::calibration::adaptive::{Ladder, Standing};
 use springfit::calibration::objectives::displacement::weights;
 use springfit::clock::Progress;
@@ -252,14 +253,15 @@ fn the_bits_do_not_depend_on_the_number_of_threads() {
     assert_eq!(one, with(4));
 }
 
-/// The cheap rows of `springfit reproduce frontier`: within a tenth of the prototype, or below it, at its cost.
+/// `springfit reproduce frontier` but for the cube: within a tenth of the prototype, or below it, at less than its cost.
 #[test]
-fn the_plane_bodies_come_as_far_as_the_prototype() {
+fn the_bodies_come_as_far_as_the_prototype() {
     let known: Value = serde_json::from_str(include_str!("reference/frontier.json")).expect("JSON");
-    let rows = frontier::run(Some(&["square", "circle", "ellipse"]), &Progress::default()).expect("rows");
+    let rows =
+        frontier::run(Some(&["square", "circle", "ellipse", "torus", "spheroid"]), &Progress::default()).expect("rows");
     let mut faults = Vec::new();
     for row in &rows {
-        for (i, (groups, cost)) in [(16, 160), (32, 220)].into_iter().enumerate() {
+        for (i, (groups, cost)) in [(16, 125), (32, 170)].into_iter().enumerate() {
             let (alone, on_all) = (&row.alone[i], &row.on_all[i]);
             if [alone.groups, on_all.groups] != [groups; 2] {
                 faults.push(format!("{} {groups}: {} and {} groups", row.body, alone.groups, on_all.groups));
@@ -271,19 +273,24 @@ fn the_plane_bodies_come_as_far_as_the_prototype() {
             let body = &known["bodies"][row.body];
             let (on_c0, on_h) =
                 (body["alone"][i].as_f64().expect("a number"), body["held_out"][i].as_f64().expect("a number"));
-            if row.more_loads == 0 && (alone.fitted > 1.1 * on_c0 || on_all.held_out > 1.1 * on_h) {
+            if (row.topology, row.more_loads) == ("grid", 0)
+                && (alone.fitted > 1.1 * on_c0 || on_all.held_out > 1.1 * on_h)
+            {
                 faults.push(format!(
                     "{} {groups}: {} for {on_c0}, {} for {on_h}",
                     row.body, alone.fitted, on_all.held_out
                 ));
             }
         }
-        // issue 7: twelve more random smooth loads in the fit
+        // issue 7: twelve more random smooth loads in the fit, and the second ring
         let most = if row.body == "circle" { 4.5 } else { 9.5 };
         if row.more_loads == 12 && row.on_all[1].held_out > most {
             faults.push(format!("{} with more loads: {} on H", row.body, row.on_all[1].held_out));
         }
+        if row.topology == "second_ring" && (row.on_all[1].fitted > 5.0 || row.on_all[1].held_out > 11.5) {
+            faults.push(format!("{} with the second ring: {:?}", row.body, row.on_all[1]));
+        }
     }
-    assert_eq!(rows.len(), 5);
+    assert_eq!(rows.len(), 8);
     assert!(faults.is_empty(), "{faults:#?}\n{}", frontier::table(&rows));
 }

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use crate::calibration::adaptive::features::{self, Site};
 use crate::calibration::adaptive::part::Part;
-use crate::calibration::adaptive::worker::{Cases, Ground};
+use crate::calibration::adaptive::state::Cases;
+use crate::calibration::adaptive::worker::Ground;
 use crate::calibration::adaptive::{Ladder, Limits, Standing, climb};
 use crate::calibration::errors;
 use crate::calibration::optimiser::{Outcome, TracePoint};

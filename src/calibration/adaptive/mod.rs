@@ -24,6 +24,7 @@ pub mod features;
 pub mod fit;
 pub mod part;
 pub mod rung;
+pub mod state;
 pub mod unions;
 pub mod worker;
 

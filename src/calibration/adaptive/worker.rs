@@ -23,35 +23,15 @@ use std::borrow::Cow;
 use crate::calibration::objective::Counts;
 use crate::clock::Interrupt;
 use crate::error::{Error, Result};
-use crate::sparse::vectors::{dot, scale, square_of_difference};
+use crate::sparse::vectors::scale;
 use crate::springs::members::Members;
-use crate::springs::solver::{Settings, SpringOperator, SpringSolver};
+use crate::springs::solver::{Settings, SpringOperator};
 
 use super::part::Part;
+use super::state::{Cases, State};
 
 /// Relative residual that is enough for columns and their transpose on a path that iterates.
 const COLUMN_TOLERANCE: f64 = 1e-6;
-
-/// Load cases with what the continuum does under them.
-#[derive(Clone, Copy)]
-pub struct Cases<'a> {
-    /// Forces over the free dofs, one case after the other (cases x n), N.
-    pub forces: &'a [f64],
-    /// Displacements of the continuum, like the forces, m.
-    pub reference: &'a [f64],
-    /// Weight w_c of each case in percent per metre, see [`crate::calibration::objectives::displacement::weights`].
-    pub weights: &'a [f64],
-}
-
-impl Cases<'_> {
-    /// The error of displacements (cases x n, m), percent (5.7).
-    fn error(&self, displacement: &[f64]) -> f64 {
-        let n = displacement.len() / self.weights.len().max(1);
-        let cases = displacement.chunks_exact(n.max(1)).zip(self.reference.chunks_exact(n.max(1)));
-        let squares = cases.zip(self.weights).map(|((u, reference), w)| w * w * square_of_difference(u, reference));
-        squares.sum::<f64>().sqrt()
-    }
-}
 
 /// What a ladder is climbed on.
 #[derive(Clone, Copy)]
@@ -66,18 +46,6 @@ pub struct Ground<'a> {
     pub bounds: &'a [f64],
     /// The features of all springs: [`super::features::table`].
     pub features: &'a [Vec<f64>],
-}
-
-/// A network that has been solved.
-struct State<'a> {
-    solver: SpringSolver<'a>,
-    phi: Vec<f64>,
-    /// The numbers that `solver` was given.
-    asked: Vec<f64>,
-    /// K(phi) is this times the matrix that `solver` holds.
-    scale: f64,
-    displacement: Vec<f64>,
-    error: f64,
 }
 
 /// The network that stands, the one that is tried, and the groups of both.
@@ -327,35 +295,5 @@ impl<'a> Worker<'a> {
             }
         }
         Ok(products)
-    }
-}
-
-impl<'a> State<'a> {
-    /// Nothing solved yet.
-    fn new(ground: &Ground<'a>, settings: &Settings, interrupt: &Interrupt) -> Self {
-        let mut solver = SpringSolver::new(ground.operator, settings);
-        solver.watch(interrupt);
-        let displacement = vec![0.0; ground.fitted.forces.len()];
-        Self { solver, phi: vec![], asked: vec![], scale: 1.0, displacement, error: f64::INFINITY }
-    }
-
-    /// Multiplies phi by the common factor that makes the error smallest inside the bounds: K(s phi) = s K(phi).
-    fn fit_scale(&mut self, cases: &Cases, parts: &[Part]) {
-        let n = self.solver.unknowns();
-        let (mut with_reference, mut with_itself) = (0.0, 0.0);
-        let pairs = self.displacement.chunks_exact(n).zip(cases.reference.chunks_exact(n));
-        for ((u, reference), w) in pairs.zip(cases.weights) {
-            with_reference += w * w * dot(u, reference);
-            with_itself += w * w * dot(u, u);
-        }
-        let largest = self.phi.iter().zip(parts).fold(f64::INFINITY, |s, (phi, part)| s.min(part.upper / phi));
-        // displacements that point away from the reference have no best positive factor: leave them
-        let best = if with_reference > 0.0 { (with_itself / with_reference).min(largest) } else { 1.0 };
-        for (phi, part) in self.phi.iter_mut().zip(parts) {
-            *phi = (*phi * best).min(part.upper);
-        }
-        scale(1.0 / best, &mut self.displacement);
-        self.scale *= best;
-        self.error = cases.error(&self.displacement);
     }
 }
