@@ -93,6 +93,13 @@ impl Complement {
         matmul(vectors.as_mut(), Accum::Add, self.matrix.as_ref(), coefficients.as_ref(), -1.0, Par::Seq);
         (0..count).flat_map(|j| (0..coefficients.nrows()).map(move |i| (i, j))).map(|at| coefficients[at]).collect()
     }
+
+    /// (M^T M)^-1 of the columns M, with the ridge (columns x columns).
+    pub fn inverse(&self) -> Vec<f64> {
+        let m = self.matrix.ncols();
+        let inverse = self.factor.solve(&Mat::<f64>::identity(m, m));
+        (0..m * m).map(|at| inverse[(at % m, at / m)]).collect()
+    }
 }
 
 /// The quadratic part of a linear least-squares problem, prepared for several dampings.

@@ -1,19 +1,23 @@
-//! Groups that adapt: the adjoint gradient, the ladder, its bits, and the figures of tests/reference/frontier.json.
+//! Groups that adapt: the adjoint gradient, the ladder, its names, its bits also after a break, and the figures of
+//! tests/reference/frontier.json.
 
 use std::sync::Arc;
 
 use serde_json::Value;
 use springfit::calibration::adaptive::features::{self, Site};
 use springfit::calibration::adaptive::part::Part;
-use springfit::calibration::adaptive::worker::{Cases, Ground, Worker};
+use springfit::calibration::adaptive::state::Cases;
+use springfit::calibration::adaptive::worker::{Ground, Worker};
+use springfit::calibration::adaptive::{Ladder, Standing};
 use springfit::calibration::objectives::displacement::weights;
 use springfit::clock::Progress;
 use springfit::report::reproduce::frontier;
 use springfit::scene::{self, Scene, Source};
 use springfit::springs::affine::AffineStiffness;
 use springfit::springs::grouping::{self, Request};
-use springfit::springs::solver::{Settings, SpringOperator};
-use springfit::study::{self, Study, body, loads, network};
+use springfit::springs::solver::{Path, Settings, SpringOperator};
+use springfit::study::fit::Given;
+use springfit::study::{self, Study, adaptive, body, loads, network};
 
 /// Two fitted loads and one that is held out, on a body with `points` control points in each direction.
 fn scene(shape: &str, points: &[usize], springs: &str) -> Scene {
@@ -114,6 +118,95 @@ fn a_ladder_falls_and_its_groups_part_the_springs() {
     assert_eq!(found.sweep[0].outcome.stop.name(), "group_limit");
 }
 
+/// Hands out a scene, solved as far as a ladder needs it.
+fn with_given<R>(scene: &Scene, f: impl FnOnce(&Given) -> R) -> R {
+    let body = body::build(scene).expect("a body");
+    let scene = &body.resolved;
+    let mut cases = loads::build(scene, &body).expect("loads");
+    let mut reference = study::solve_reference(&body, &cases, &Progress::default()).expect("a solved continuum");
+    loads::scale(scene, &mut cases, &mut reference);
+    let lattice = network::build(scene, &body).expect("a network");
+    f(&Given { scene, body: &body, loads: &cases, reference: &reference, lattice: &lattice })
+}
+
+/// A ladder, and all rungs on its way.
+fn climb(given: &Given, kept: Option<Standing>) -> (Ladder, Vec<Standing>) {
+    let mut heard = Vec::new();
+    let mut hear = |standing: &Standing| {
+        heard.push(standing.clone());
+        Ok(())
+    };
+    let ladder = adaptive::climb_scene(given, kept, &Progress::default(), &mut hear).expect("a ladder");
+    (ladder, heard)
+}
+
+/// On every rung each spring has one group, and a piece of a group is all that its words say of the group of the start.
+#[test]
+fn groups_that_were_split_and_united_have_true_names() {
+    let (features, heard) = with_given(&scene("circle", &[6, 6], "groups = 20"), |given| {
+        (adaptive::features(given).expect("features"), climb(given, None).1)
+    });
+    let kinds = &heard[0].last.parts;
+    let united = heard.iter().flat_map(|standing| &standing.last.parts).filter(|part| part.pieces.len() > 1);
+    assert!(united.count() > 20, "hardly a union");
+    for Standing { last, .. } in &heard {
+        let mut springs: Vec<u32> = last.parts.iter().flat_map(|part| part.springs.iter().copied()).collect();
+        springs.sort_unstable();
+        assert_eq!(springs, (0..110).collect::<Vec<_>>());
+        for part in &last.parts {
+            let mut of_pieces: Vec<u32> = part.pieces.iter().flat_map(|piece| piece.springs.iter().copied()).collect();
+            of_pieces.sort_unstable();
+            assert_eq!(part.springs, of_pieces);
+            for piece in &part.pieces {
+                let kind = kinds.iter().find(|kind| kind.name() == piece.start).expect("a kind");
+                let holds = |s: &u32| {
+                    piece.conditions.iter().all(|c| (features[c.feature][*s as usize] < c.threshold) == c.below)
+                };
+                let meant: Vec<u32> = kind.springs.iter().copied().filter(holds).collect();
+                assert_eq!(piece.springs, meant, "{}", part.name());
+            }
+        }
+    }
+    assert!(heard.windows(2).all(|pair| pair[1].rungs.last().unwrap().error < pair[0].rungs.last().unwrap().error));
+}
+
+/// What a ladder is, without its seconds: groups, numbers and errors to the bit, and the work.
+fn bits(ladder: &Ladder) -> impl PartialEq + std::fmt::Debug + use<> {
+    let rungs: Vec<_> = ladder
+        .rungs
+        .iter()
+        .map(|rung| (rung.error.to_bits(), rung.held_out.map(f64::to_bits), rung.splits.clone(), rung.counts))
+        .collect();
+    let phi: Vec<u64> = ladder.phi.iter().map(|phi| phi.to_bits()).collect();
+    (rungs, phi, ladder.parts.clone(), ladder.taken, ladder.stop)
+}
+
+/// Kept as text and read again, on paths that remember nothing and on paths that keep a factor or iterate from a guess.
+#[test]
+fn a_ladder_that_was_left_on_any_rung_goes_on_with_the_same_bits() {
+    for (shape, points, springs, path) in [
+        ("circle", &[6, 6][..], "groups = 20\npatience = 3", Path::Direct),
+        ("cube", &[4, 4, 4], "groups = 8", Path::Single),
+        ("cube", &[5, 5, 5], "groups = 20", Path::Stale),
+        ("cube", &[5, 5, 5], "groups = 5", Path::Multigrid),
+    ] {
+        let mut scene = scene(shape, points, springs);
+        scene.solver.path = path;
+        with_given(&scene, |given| {
+            let (whole, heard) = climb(given, None);
+            assert!(heard.len() > 2);
+            for (at, standing) in heard.iter().enumerate() {
+                let text = serde_json::to_string(standing).expect("JSON");
+                let kept: Standing = serde_json::from_str(&text).expect("a standing");
+                assert_eq!(&kept, standing);
+                let (continued, new) = climb(given, Some(kept));
+                assert_eq!(bits(&continued), bits(&whole), "{path:?}, rung {at}");
+                assert_eq!(new.len(), heard.len() - at - 1);
+            }
+        });
+    }
+}
+
 #[test]
 fn a_ladder_ends_where_the_scene_says() {
     let whole = run(&scene("circle", &[6, 6], "groups = 24"));
@@ -160,14 +253,15 @@ fn the_bits_do_not_depend_on_the_number_of_threads() {
     assert_eq!(one, with(4));
 }
 
-/// The cheap rows of `springfit reproduce frontier`: within a tenth of the prototype, or below it, at its cost.
+/// `springfit reproduce frontier` but for the cube: within a tenth of the prototype, or below it, at less than its cost.
 #[test]
-fn the_plane_bodies_come_as_far_as_the_prototype() {
+fn the_bodies_come_as_far_as_the_prototype() {
     let known: Value = serde_json::from_str(include_str!("reference/frontier.json")).expect("JSON");
-    let rows = frontier::run(Some(&["square", "circle", "ellipse"]), &Progress::default()).expect("rows");
+    let rows =
+        frontier::run(Some(&["square", "circle", "ellipse", "torus", "spheroid"]), &Progress::default()).expect("rows");
     let mut faults = Vec::new();
     for row in &rows {
-        for (i, (groups, cost)) in [(16, 160), (32, 220)].into_iter().enumerate() {
+        for (i, (groups, cost)) in [(16, 125), (32, 170)].into_iter().enumerate() {
             let (alone, on_all) = (&row.alone[i], &row.on_all[i]);
             if [alone.groups, on_all.groups] != [groups; 2] {
                 faults.push(format!("{} {groups}: {} and {} groups", row.body, alone.groups, on_all.groups));
@@ -179,19 +273,24 @@ fn the_plane_bodies_come_as_far_as_the_prototype() {
             let body = &known["bodies"][row.body];
             let (on_c0, on_h) =
                 (body["alone"][i].as_f64().expect("a number"), body["held_out"][i].as_f64().expect("a number"));
-            if row.more_loads == 0 && (alone.fitted > 1.1 * on_c0 || on_all.held_out > 1.1 * on_h) {
+            if (row.topology, row.more_loads) == ("grid", 0)
+                && (alone.fitted > 1.1 * on_c0 || on_all.held_out > 1.1 * on_h)
+            {
                 faults.push(format!(
                     "{} {groups}: {} for {on_c0}, {} for {on_h}",
                     row.body, alone.fitted, on_all.held_out
                 ));
             }
         }
-        // issue 7: twelve more random smooth loads in the fit
+        // issue 7: twelve more random smooth loads in the fit, and the second ring
         let most = if row.body == "circle" { 4.5 } else { 9.5 };
         if row.more_loads == 12 && row.on_all[1].held_out > most {
             faults.push(format!("{} with more loads: {} on H", row.body, row.on_all[1].held_out));
         }
+        if row.topology == "second_ring" && (row.on_all[1].fitted > 5.0 || row.on_all[1].held_out > 11.5) {
+            faults.push(format!("{} with the second ring: {:?}", row.body, row.on_all[1]));
+        }
     }
-    assert_eq!(rows.len(), 5);
+    assert_eq!(rows.len(), 8);
     assert!(faults.is_empty(), "{faults:#?}\n{}", frontier::table(&rows));
 }

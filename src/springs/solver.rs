@@ -274,6 +274,19 @@ impl<'a> SpringSolver<'a> {
         }
     }
 
+    /// Work done since the last call.
+    pub fn take_work(&mut self) -> Work {
+        match &mut self.engine {
+            Engine::Direct { work, .. } | Engine::Multigrid { work, .. } => std::mem::take(work),
+            Engine::Iterative { iterative, .. } => std::mem::take(&mut iterative.work),
+        }
+    }
+
+    /// True on a path whose answers depend, within the tolerance, on the systems that were solved before and on guesses.
+    pub fn remembers(&self) -> bool {
+        !matches!(self.engine, Engine::Direct { .. })
+    }
+
     /// Takes the stiffnesses of the systems to come. A group with 0 is not there; nothing is rounded up to be.
     ///
     /// # Errors

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use crate::calibration::adaptive::features::{self, Site};
 use crate::calibration::adaptive::part::Part;
-use crate::calibration::adaptive::worker::{Cases, Ground};
-use crate::calibration::adaptive::{Ladder, Limits, climb};
+use crate::calibration::adaptive::state::Cases;
+use crate::calibration::adaptive::worker::Ground;
+use crate::calibration::adaptive::{Ladder, Limits, Standing, climb};
 use crate::calibration::errors;
 use crate::calibration::optimiser::{Outcome, TracePoint};
 use crate::calibration::sweep::Search;
@@ -22,7 +23,6 @@ use super::fit::{self, Calibration, Given, Row};
 use super::linear_fit;
 use super::network;
 
-/// The grouping of a scene that adapts.
 /// Starts of the first fit, unless the scene says otherwise.
 const STARTS: usize = 2;
 
@@ -38,7 +38,7 @@ pub fn calibrate(given: Given, progress: &Progress, checkpoint: &Checkpoint) -> 
     check_memory(&given)?;
     progress.enter("calibration", given.scene.springs.groups as u64);
     let network = &given.lattice.network;
-    let ladder = climb_scene(&given, progress)?;
+    let ladder = climb_scene(&given, None, progress, &mut |_| Ok(()))?;
     let grouping = grouping_of(&ladder.parts, network);
     let goal = linear_fit::goal(&given)?;
     let mut problem = given.problem(&goal, &grouping, 0)?;
@@ -72,19 +72,22 @@ fn check_memory(given: &Given) -> Result<()> {
     Err(Error::input("springs.groups", message, "use fewer groups or fewer control points"))
 }
 
-/// The ladder of a scene.
+/// The ladder of a scene, from its beginning or on from what was kept of it; `hear` is told of every new rung.
 ///
 /// # Errors
 /// As [`climb`].
-pub fn climb_scene(given: &Given, progress: &Progress) -> Result<Ladder> {
+pub fn climb_scene(
+    given: &Given,
+    kept: Option<Standing>,
+    progress: &Progress,
+    hear: &mut dyn FnMut(&Standing) -> Result<()>,
+) -> Result<Ladder> {
     let (network, springs) = (&given.lattice.network, &given.scene.springs);
     let rule = grouping::find("each").expect("the table has it");
     let (goal, single) = (linear_fit::goal(given)?, (rule.group)(network, &Request::default())?);
     let each = given.problem(&goal, &single, 0)?;
     let (_, start) = fit::group(given.scene, given.body, given.lattice)?;
-    let (boundary, held) = (boundary(given.body)?, held(given.body));
-    let site = Site { network, grid: given.body.grid(), boundary: &boundary, held: &held };
-    let features = features::table(&site);
+    let features = features(given)?;
     let (fitted, held_out) = (given.cases(true), given.cases(false));
     let ground = Ground {
         operator: &each.operator,
@@ -100,7 +103,18 @@ pub fn climb_scene(given: &Given, progress: &Progress) -> Result<Ladder> {
         starts: given.scene.calibration.starts.unwrap_or(STARTS),
         seed: given.scene.calibration.seed,
     };
-    climb(ground, &network::settings(given.scene), parts_of(&start[0], &each.upper), &limits, progress)
+    let start = parts_of(&start[0], &each.upper);
+    climb(ground, &network::settings(given.scene), start, kept, &limits, progress, hear)
+}
+
+/// The features of all springs of a scene: [`features::table`].
+///
+/// # Errors
+/// For a mesh whose boundary cannot be told.
+pub fn features(given: &Given) -> Result<Vec<Vec<f64>>> {
+    let (boundary, held) = (boundary(given.body)?, held(given.body));
+    let (network, grid) = (&given.lattice.network, given.body.grid());
+    Ok(features::table(&Site { network, grid, boundary: &boundary, held: &held }))
 }
 
 /// A grouping as parts that have not been split.

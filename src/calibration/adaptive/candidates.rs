@@ -70,6 +70,8 @@ pub struct Model {
     pub complement: Complement,
     /// P r.
     pub rest: Vec<f64>,
+    /// The step of the free groups that leaves it.
+    pub steps: Vec<f64>,
 }
 
 impl Model {
@@ -87,8 +89,8 @@ impl Model {
         let complement = Complement::new(&columns, rows, free.len(), RIDGE)
             .ok_or(Error::Inaccurate { backward_error: f64::NAN, limit: RIDGE })?;
         let mut rest = residual.clone();
-        complement.project(&mut rest);
-        Ok(Self { residual, jacobian, free, complement, rest })
+        let steps = complement.project(&mut rest).into_iter().map(|share| -share).collect();
+        Ok(Self { residual, jacobian, free, complement, rest, steps })
     }
 }
 

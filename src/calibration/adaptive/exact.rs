@@ -94,10 +94,10 @@ fn gain(beyond: &[f64], rest: &[f64], phi: f64, halves: [(f64, f64); 2]) -> f64 
     2.0 * slope * t - curvature * t * t
 }
 
-/// `count` splits of different groups, fewer where there are not so many: `first`, then each with the largest gain beyond
-/// those before it.
-pub fn choose(splits: &[Exact], rest: &[f64], first: usize, count: usize) -> Vec<usize> {
-    let mut chosen = vec![first];
+/// `count` splits of different groups, fewer where there are not so many, and what each adds: `first`, then each with the
+/// largest gain beyond those before it.
+pub fn choose(splits: &[Exact], rest: &[f64], first: usize, count: usize) -> Vec<(usize, f64)> {
+    let mut chosen = vec![(first, splits[first].split.gain)];
     if count <= 1 {
         return chosen;
     }
@@ -105,7 +105,7 @@ pub fn choose(splits: &[Exact], rest: &[f64], first: usize, count: usize) -> Vec
     let mut beyond: Vec<Vec<f64>> = splits.iter().map(|exact| exact.beyond.clone()).collect();
     let whole: Vec<f64> = beyond.iter().map(|beyond| dot(beyond, beyond)).collect();
     while chosen.len() < count {
-        let last = beyond[chosen[chosen.len() - 1]].clone();
+        let last = beyond[chosen[chosen.len() - 1].0].clone();
         let square = dot(&last, &last);
         for vector in beyond.iter_mut().chain([&mut rest]) {
             let share = dot(vector, &last) / square;
@@ -116,10 +116,10 @@ pub fn choose(splits: &[Exact], rest: &[f64], first: usize, count: usize) -> Vec
             let left = dot(&beyond[i], &beyond[i]);
             if left > 1e-6 * whole[i] { dot(&beyond[i], &rest).powi(2) / left } else { 0.0 }
         };
-        let other_group = |i: &usize| chosen.iter().all(|&c| splits[c].split.group != splits[*i].split.group);
+        let other_group = |i: &usize| chosen.iter().all(|&(c, _)| splits[c].split.group != splits[*i].split.group);
         let next = (0..splits.len()).filter(other_group).max_by(|&a, &b| gain(a).total_cmp(&gain(b)).then(b.cmp(&a)));
         match next {
-            Some(next) => chosen.push(next),
+            Some(next) => chosen.push((next, gain(next))),
             None => break,
         }
     }

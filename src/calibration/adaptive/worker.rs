@@ -23,35 +23,15 @@ use std::borrow::Cow;
 use crate::calibration::objective::Counts;
 use crate::clock::Interrupt;
 use crate::error::{Error, Result};
-use crate::sparse::vectors::{dot, scale, square_of_difference};
+use crate::sparse::vectors::scale;
 use crate::springs::members::Members;
-use crate::springs::solver::{Settings, SpringOperator, SpringSolver};
+use crate::springs::solver::{Settings, SpringOperator};
 
 use super::part::Part;
+use super::state::{Cases, State};
 
 /// Relative residual that is enough for columns and their transpose on a path that iterates.
 const COLUMN_TOLERANCE: f64 = 1e-6;
-
-/// Load cases with what the continuum does under them.
-#[derive(Clone, Copy)]
-pub struct Cases<'a> {
-    /// Forces over the free dofs, one case after the other (cases x n), N.
-    pub forces: &'a [f64],
-    /// Displacements of the continuum, like the forces, m.
-    pub reference: &'a [f64],
-    /// Weight w_c of each case in percent per metre, see [`crate::calibration::objectives::displacement::weights`].
-    pub weights: &'a [f64],
-}
-
-impl Cases<'_> {
-    /// The error of displacements (cases x n, m), percent (5.7).
-    fn error(&self, displacement: &[f64]) -> f64 {
-        let n = displacement.len() / self.weights.len().max(1);
-        let cases = displacement.chunks_exact(n.max(1)).zip(self.reference.chunks_exact(n.max(1)));
-        let squares = cases.zip(self.weights).map(|((u, reference), w)| w * w * square_of_difference(u, reference));
-        squares.sum::<f64>().sqrt()
-    }
-}
 
 /// What a ladder is climbed on.
 #[derive(Clone, Copy)]
@@ -68,16 +48,6 @@ pub struct Ground<'a> {
     pub features: &'a [Vec<f64>],
 }
 
-/// A network that has been solved.
-struct State<'a> {
-    solver: SpringSolver<'a>,
-    phi: Vec<f64>,
-    /// K(phi) is this times the matrix that `solver` holds.
-    scale: f64,
-    displacement: Vec<f64>,
-    error: f64,
-}
-
 /// The network that stands, the one that is tried, and the groups of both.
 pub struct Worker<'a> {
     /// What it works on.
@@ -85,7 +55,8 @@ pub struct Worker<'a> {
     /// The groups.
     pub parts: Vec<Part>,
     members: Cow<'a, Members>,
-    tolerance: f64,
+    settings: Settings,
+    interrupt: Interrupt,
     here: State<'a>,
     there: State<'a>,
     /// Number of every spring.
@@ -100,16 +71,11 @@ impl<'a> Worker<'a> {
     pub fn new(ground: Ground<'a>, settings: &Settings, parts: Vec<Part>, interrupt: &Interrupt) -> Self {
         let members = ground.operator.members();
         let springs = members.len();
-        let state = || {
-            let mut solver = SpringSolver::new(ground.operator, settings);
-            solver.watch(interrupt);
-            let displacement = vec![0.0; ground.fitted.forces.len()];
-            State { solver, phi: vec![0.0; parts.len()], scale: 1.0, displacement, error: f64::INFINITY }
-        };
         Self {
-            here: state(),
-            there: state(),
-            tolerance: settings.tolerance,
+            here: State::new(&ground, settings, interrupt),
+            there: State::new(&ground, settings, interrupt),
+            settings: *settings,
+            interrupt: interrupt.clone(),
             numbers: vec![0.0; springs],
             elongations: vec![0.0; springs * ground.fitted.weights.len()],
             counts: Counts::default(),
@@ -119,9 +85,65 @@ impl<'a> Worker<'a> {
         }
     }
 
+    /// Goes where a worker stood that was left after [`Worker::settle`] with these groups: `asked` and `counts` are its.
+    ///
+    /// # Errors
+    /// As [`Worker::settle`].
+    pub fn stand(&mut self, asked: &[f64], counts: Counts) -> Result<()> {
+        self.go(asked)?;
+        self.rest()?;
+        self.counts = counts;
+        Ok(())
+    }
+
+    /// Forgets all but the groups and what was asked of them, so that what follows is a function of these alone: on a path
+    /// that remembers earlier systems they are solved anew. Returns the error over the held-out cases.
+    ///
+    /// # Errors
+    /// Where a solve is not accurate; on interruption.
+    pub fn settle(&mut self) -> Result<Option<f64>> {
+        if self.here.solver.remembers() {
+            self.collect();
+            let asked = std::mem::take(&mut self.here.asked);
+            let fresh = || State::new(&self.ground, &self.settings, &self.interrupt);
+            (self.here, self.there) = (fresh(), fresh());
+            self.go(&asked)?;
+        }
+        self.rest()
+    }
+
+    /// Solves the network of these numbers and makes it the one that stands.
+    fn go(&mut self, asked: &[f64]) -> Result<()> {
+        if !self.attempt(asked)?.is_finite() {
+            return Err(Error::Inaccurate { backward_error: f64::NAN, limit: self.settings.tolerance });
+        }
+        self.accept();
+        Ok(())
+    }
+
+    /// The last solves on a rung.
+    fn rest(&mut self) -> Result<Option<f64>> {
+        let held_out = self.held_out_error()?;
+        self.collect();
+        Ok(held_out)
+    }
+
+    /// Takes over the counts of the solvers, which decide by them how to go on.
+    fn collect(&mut self) {
+        let mut work = self.here.solver.take_work();
+        work += self.there.solver.take_work();
+        self.counts += Counts::default().with(work);
+    }
+
     /// The numbers of the groups of the network that stands.
     pub fn phi(&self) -> &[f64] {
         &self.here.phi
+    }
+
+    /// What the last [`Worker::attempt`] was given for the network that stands; [`Worker::phi`] is this times the best
+    /// common factor.
+    pub fn asked(&self) -> &[f64] {
+        &self.here.asked
     }
 
     /// Its error over the fitted cases, percent.
@@ -133,13 +155,13 @@ impl<'a> Worker<'a> {
     ///
     /// # Errors
     /// Where a solve is not accurate.
-    pub fn held_out_error(&mut self) -> Result<Option<f64>> {
+    fn held_out_error(&mut self) -> Result<Option<f64>> {
         let cases = self.ground.held_out;
         if cases.weights.is_empty() {
             return Ok(None);
         }
         let mut displacement = vec![0.0; cases.forces.len()];
-        self.here.solver.solve(cases.forces, &mut displacement, self.tolerance)?;
+        self.here.solver.solve(cases.forces, &mut displacement, self.settings.tolerance)?;
         self.counts.solves += cases.weights.len() as u64;
         scale(1.0 / self.here.scale, &mut displacement);
         Ok(Some(cases.error(&displacement)))
@@ -154,7 +176,9 @@ impl<'a> Worker<'a> {
     pub fn counts(&self) -> Counts {
         let mut work = self.here.solver.work();
         work += self.there.solver.work();
-        self.counts.with(work)
+        let mut counts = self.counts;
+        counts += Counts::default().with(work);
+        counts
     }
 
     fn rows(&self) -> usize {
@@ -176,13 +200,14 @@ impl<'a> Worker<'a> {
         self.counts.evaluations += 1;
         let there = &mut self.there;
         there.phi = phi.to_vec();
+        there.asked = phi.to_vec();
         there.scale = 1.0;
         there.error = f64::INFINITY;
         // where a path that iterates begins
         there.displacement.copy_from_slice(&self.here.displacement);
         let set = there.solver.set(&self.numbers);
         let forces = self.ground.fitted.forces;
-        match set.and_then(|()| there.solver.solve(forces, &mut there.displacement, self.tolerance)) {
+        match set.and_then(|()| there.solver.solve(forces, &mut there.displacement, self.settings.tolerance)) {
             Ok(()) => {}
             Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) => {
                 self.counts.rejected += 1;
@@ -236,7 +261,7 @@ impl<'a> Worker<'a> {
             }
         }
         let mut columns = vec![0.0; right.len()];
-        self.here.solver.solve(&right, &mut columns, self.tolerance.max(COLUMN_TOLERANCE))?;
+        self.here.solver.solve(&right, &mut columns, self.settings.tolerance.max(COLUMN_TOLERANCE))?;
         self.counts.solves += (right.len() / n) as u64;
         for column in columns.chunks_exact_mut(rows) {
             for (part, w) in column.chunks_exact_mut(n).zip(self.ground.fitted.weights) {
@@ -255,7 +280,7 @@ impl<'a> Worker<'a> {
         let (n, rows, springs) = (self.unknowns(), self.rows(), self.members.len());
         let count = vectors.len() / rows;
         let mut adjoint = vec![0.0; vectors.len()];
-        self.here.solver.solve(vectors, &mut adjoint, self.tolerance.max(COLUMN_TOLERANCE))?;
+        self.here.solver.solve(vectors, &mut adjoint, self.settings.tolerance.max(COLUMN_TOLERANCE))?;
         self.counts.solves += (vectors.len() / n) as u64;
         let mut products = vec![0.0; count * springs];
         let mut stretched = vec![0.0; springs];
@@ -270,27 +295,5 @@ impl<'a> Worker<'a> {
             }
         }
         Ok(products)
-    }
-}
-
-impl State<'_> {
-    /// Multiplies phi by the common factor that makes the error smallest inside the bounds: K(s phi) = s K(phi).
-    fn fit_scale(&mut self, cases: &Cases, parts: &[Part]) {
-        let n = self.solver.unknowns();
-        let (mut with_reference, mut with_itself) = (0.0, 0.0);
-        let pairs = self.displacement.chunks_exact(n).zip(cases.reference.chunks_exact(n));
-        for ((u, reference), w) in pairs.zip(cases.weights) {
-            with_reference += w * w * dot(u, reference);
-            with_itself += w * w * dot(u, u);
-        }
-        let largest = self.phi.iter().zip(parts).fold(f64::INFINITY, |s, (phi, part)| s.min(part.upper / phi));
-        // displacements that point away from the reference have no best positive factor: leave them
-        let best = if with_reference > 0.0 { (with_itself / with_reference).min(largest) } else { 1.0 };
-        for (phi, part) in self.phi.iter_mut().zip(parts) {
-            *phi = (*phi * best).min(part.upper);
-        }
-        scale(1.0 / best, &mut self.displacement);
-        self.scale *= best;
-        self.error = cases.error(&self.displacement);
     }
 }
