@@ -187,7 +187,27 @@ fn a_checkpoint_gives_back_every_bit_and_is_what_the_run_goes_on_from() {
     assert!(again.calibration.sweep.iter().any(|row| row.outcome.counts.evaluations == 123_456));
 }
 
-/// The walk of a budget over two resolutions.
+#[test]
+fn a_ladder_goes_on_from_its_last_rung() {
+    let sets = ["springs.grouping=\"adaptive\"", "springs.groups=9"];
+    let scene = scene::read(&path_of("circle.toml"), &sets.map(String::from)).expect("a good scene").scene;
+    let folder = tempfile::tempdir().expect("a folder");
+    let (before, first) = run_from(folder.path(), &scene);
+    assert_eq!(before.rungs, 0);
+    let (before, again) = run_from(folder.path(), &scene);
+    assert_eq!((before.rungs, document(&again)), (first.calibration.ladder.len(), document(&first)));
+    // work that nobody did shows that the first rung was not climbed again
+    let evaluations = |study: &Study| study.calibration.ladder[0].counts.evaluations;
+    rewrite(folder.path(), |content| {
+        content["ladder"]["standing"]["rungs"][0]["counts"]["evaluations"] = 123_456.into();
+    });
+    assert_eq!(evaluations(&run_from(folder.path(), &scene).1), 123_456);
+    // groups that are not those of the springs are no rung of this ladder
+    rewrite(folder.path(), |content| content["ladder"]["standing"]["last"]["parts"][0]["springs"][0] = 77_777.into());
+    assert_eq!(document(&run_from(folder.path(), &scene).1), document(&first));
+}
+
+/// The walk of a budget over three resolutions.
 #[test]
 fn the_walk_of_a_budget_goes_on_from_the_last_resolution_and_decides_as_before() {
     let sets = ["budget.finest=[5, 5, 5]", "budget.max_error=0.5", "budget.step_time=60.0", "springs.groups=6"];
@@ -212,6 +232,8 @@ fn the_walk_of_a_budget_goes_on_from_the_last_resolution_and_decides_as_before()
         let walked = content["walked"].as_array_mut().expect("resolutions");
         walked.truncate(1);
         walked[0][0]["step_seconds"] = 59.0.into();
+        content["ladder"] = Value::Null;
+        content["sweeps"] = serde_json::json!([]);
     });
     let (before, again) = run_from(folder.path(), &scene);
     assert_eq!((before.resolutions, networks(&again)), (1, networks(&first)));

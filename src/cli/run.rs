@@ -108,8 +108,8 @@ fn put_out(
 /// After a run that did not come to its end: puts what is finished into the checkpoint, and says how to go on. Where the
 /// numbers or the input are to blame, going on would end the same way: then there is no checkpoint.
 fn keep(checkpoint: &Checkpoint, error: &Error, quiet: bool) {
-    let Finished { resolutions, answers, problems, others, least_error } = checkpoint.finished();
-    let Some(path) = checkpoint.path().filter(|_| resolutions + answers + others > 0) else { return };
+    let Finished { resolutions, rungs, answers, problems, others, least_error } = checkpoint.finished();
+    let Some(path) = checkpoint.path().filter(|_| resolutions + rungs + answers + others > 0) else { return };
     if !matches!(error, Error::Interrupted | Error::File { .. }) {
         // the error of the run is the one to tell
         let _ = checkpoint.remove();
@@ -123,7 +123,8 @@ fn keep(checkpoint: &Checkpoint, error: &Error, quiet: bool) {
         terminal::tell(&format!("warning: what was finished last is lost: {failure}"));
     }
     let least = least_error.map(|error| format!(", smallest error so far {error:.4} %")).unwrap_or_default();
-    let walked = if resolutions > 0 { format!("{resolutions} resolutions; ") } else { String::new() };
+    let of_some = |count: usize, what: &str| if count > 0 { format!("{count} {what}; ") } else { String::new() };
+    let walked = of_some(resolutions, "resolutions") + &of_some(rungs, "rungs of a ladder");
     terminal::tell(&format!(
         "finished: {walked}{answers} of {problems} problems{least}; {others} starts, chains or steps of others. The same \
          call with --resume goes on from {}",

@@ -38,7 +38,9 @@ pub fn calibrate(given: Given, progress: &Progress, checkpoint: &Checkpoint) -> 
     check_memory(&given)?;
     progress.enter("calibration", given.scene.springs.groups as u64);
     let network = &given.lattice.network;
-    let ladder = climb_scene(&given, None, progress, &mut |_| Ok(()))?;
+    let inputs = inputs(&given);
+    let kept = checkpoint.ladder(inputs).filter(|standing| standing.is_of(network.springs.len()));
+    let ladder = climb_scene(&given, kept, progress, &mut |standing| checkpoint.keep_ladder(inputs, standing))?;
     let grouping = grouping_of(&ladder.parts, network);
     let goal = linear_fit::goal(&given)?;
     let mut problem = given.problem(&goal, &grouping, 0)?;
@@ -57,6 +59,12 @@ pub fn calibrate(given: Given, progress: &Progress, checkpoint: &Checkpoint) -> 
     };
     let found = given.finish(vec![row], 0, grouping.clone(), &problem, None)?;
     Ok(Calibration { ladder: ladder.rungs, ..found })
+}
+
+/// A digest of the numbers that a ladder begins with.
+fn inputs(given: &Given) -> u64 {
+    let (fitted, held_out) = (given.cases(true), given.cases(false));
+    given.digest(&[], &[&fitted.forces, &fitted.reference, &held_out.forces, &held_out.reference])
 }
 
 /// Refuses columns that would not fit: those of the groups and those of the splits, four copies at a time.

@@ -86,6 +86,9 @@ fn loads(bytes: &[u8]) -> Verdict {
 /// A network that the walk of a budget has kept.
 const WALKED: &str = r#"{"calibration_seconds":0.5,"control_points":[3,3],"error":2.5,"fitted":1.5,"groups":2,"springs":20,"step_seconds":1e-6}"#;
 
+/// A ladder on its first rung.
+const LADDER: &str = r#"{"inputs":"0000000000000007","standing":{"best":{"asked":[1.5],"parts":[{"pieces":[{"conditions":[],"springs":[0,1],"start":"edge"}],"springs":[0,1],"upper":2.5}],"phi":[1.5]},"last":{"asked":[1.5],"parts":[],"phi":[1.5]},"rungs":[],"taken":0}}"#;
+
 /// The smallest scene, and a checkpoint of it with a piece of each kind.
 fn checkpoint() -> (Scene, String) {
     let source = Source { name: "a.toml".into(), text: "[material]\nyoung = 1\npoisson = 0\n".into() };
@@ -100,7 +103,7 @@ fn checkpoint() -> (Scene, String) {
         .collect();
     let scene_text = serde_json::to_value(&scene).expect("JSON").to_string();
     let content = format!(
-        r#"{{"files":{{}},"scene":{scene_text},"seed":1,"sweeps":[{{"inputs":"0000000000000007","pieces":[{}],"problems":1}}],"version":"{}","walked":[[{WALKED}]]}}"#,
+        r#"{{"files":{{}},"ladder":{LADDER},"scene":{scene_text},"seed":1,"sweeps":[{{"inputs":"0000000000000007","pieces":[{}],"problems":1}}],"version":"{}","walked":[[{WALKED}]]}}"#,
         pieces.join(","),
         env!("CARGO_PKG_VERSION")
     );
@@ -116,6 +119,7 @@ fn resume(content: &[u8], scene: &Scene) -> Verdict {
     let file = format!("{{\"schema\":\"springfit-checkpoint/2\",\"digest\":\"{sum:016x}\",\"content\":{content}}}");
     let checkpoint = Checkpoint::from_bytes(Path::new("checkpoint.json"), file.as_bytes(), scene)?;
     checkpoint.walked(&[3, 3]);
+    checkpoint.ladder(7);
     checkpoint.enter(7, &[(0, 2)])
 }
 

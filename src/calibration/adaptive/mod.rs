@@ -160,6 +160,19 @@ pub fn climb(
 }
 
 impl Standing {
+    /// True for a rung of some network with so many springs, each in one group.
+    pub fn is_of(&self, springs: usize) -> bool {
+        let partition = |Fitted { parts, phi, asked }: &Fitted| {
+            let mut all: Vec<u32> = parts.iter().flat_map(|part| part.springs.iter().copied()).collect();
+            all.sort_unstable();
+            let known = parts.iter().flat_map(|part| &part.pieces).flat_map(|piece| &piece.conditions);
+            all.into_iter().eq(0..springs as u32)
+                && [phi.len(), asked.len()] == [parts.len(); 2]
+                && known.map(|condition| condition.feature).all(|feature| feature < features::FEATURES.len())
+        };
+        self.taken < self.rungs.len() && [&self.best, &self.last].into_iter().all(partition)
+    }
+
     /// Adds the network that stands.
     fn add(&mut self, worker: &mut Worker, splits: Vec<String>, seconds: f64, limits: &Limits) -> Result<()> {
         let held_out = worker.settle()?;

@@ -150,10 +150,8 @@ fn networks_at(
     let scene = Scene { dynamics: None, ..at(scene, control_points) };
     let study = super::run_one(&scene, progress, checkpoint)?;
     let points = points_of(&study, control_points, watch.seconds());
-    match checkpoint.keep_walked(&points) {
-        true => Ok(points),
-        false => Err(checkpoint.failure().unwrap_or(Error::Interrupted)),
-    }
+    checkpoint.keep_walked(&points)?;
+    Ok(points)
 }
 
 /// The scene at a resolution.

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
+use crate::calibration::adaptive::Standing;
 use crate::calibration::optimiser::Outcome;
 use crate::calibration::pieces::Piece;
 use crate::scene::Scene;
@@ -27,8 +28,20 @@ pub(super) struct Content {
     files: BTreeMap<PathBuf, String>,
     /// The networks of every resolution that the walk of a budget has been through.
     pub walked: Vec<Vec<Point>>,
-    /// The sweeps of the run under way: of the resolution after those, or of the scene itself.
+    /// The ladder of the run under way: of the resolution after those, or of the scene itself.
+    pub ladder: Option<Climbed>,
+    /// Its sweeps.
     pub sweeps: Vec<Sweep>,
+}
+
+/// A ladder of groups that adapt.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Climbed {
+    /// [`digest`] of the numbers that it began with.
+    pub inputs: String,
+    /// Where it stands.
+    pub standing: Standing,
 }
 
 /// One sweep; a run may need a second one, on another path of solution.
@@ -47,7 +60,7 @@ impl Content {
     /// Of a run that is never written.
     pub fn empty() -> Self {
         let (version, files) = (String::new(), BTreeMap::new());
-        Self { version, seed: 0, scene: Value::Null, files, walked: vec![], sweeps: vec![] }
+        Self { version, seed: 0, scene: Value::Null, files, walked: vec![], ladder: None, sweeps: vec![] }
     }
 
     /// Of a run of a scene, with nothing finished.

@@ -2,8 +2,9 @@
 //!
 //! `checkpoint.json` lies in the output folder while a run is under way and is removed when its results are there. It
 //! holds the outcome of every finished piece of the sweep ([`crate::calibration::pieces`]): problems, and starts and
-//! chains of the problems under way; of the walk of a budget the networks of every finished resolution, with the
-//! step times that were measured, so that going on decides as before. Floating-point numbers are written so that reading gives back every bit. What is
+//! chains of the problems under way; of a ladder of groups that adapt the rung that it stands on; of the walk of a budget the
+//! networks of every finished resolution, with the step times that were measured, so that going on decides as before.
+//! Floating-point numbers are written so that reading gives back every bit. What is
 //! cheap beside the search is not in it and done again: the reference, the springs, the confirmation of each answer.
 //!
 //! The file is always whole, see [`mod@crate::export::write`]. It is written when a piece is finished, but so seldom
@@ -21,6 +22,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 
+use crate::calibration::adaptive::Standing;
 use crate::calibration::optimiser::Outcome;
 use crate::calibration::pieces::{Piece, Stage};
 use crate::clock::Stopwatch;
@@ -29,7 +31,7 @@ use crate::export::write;
 use crate::scene::Scene;
 
 use super::budget::Point;
-use content::{Content, Sweep, is_finite};
+use content::{Climbed, Content, Sweep, is_finite};
 pub use content::{SCHEMA, digest};
 
 /// Name of the file in the output folder.
@@ -60,6 +62,8 @@ struct State {
 pub struct Finished {
     /// Resolutions that the walk of a budget is done with.
     pub resolutions: usize,
+    /// Rungs of a ladder.
+    pub rungs: usize,
     /// Problems that are answered.
     pub answers: usize,
     /// Problems of the sweep.
@@ -106,7 +110,7 @@ impl Checkpoint {
         let mut ours = Content::of(scene);
         let theirs = content::parse(bytes).map_err(|message| refusal(path, message))?;
         ours.agrees_with(&theirs).map_err(|message| refusal(path, message))?;
-        ours.walked = theirs.walked;
+        (ours.walked, ours.ladder) = (theirs.walked, theirs.ladder);
         Ok(Self::with(Some(path.to_owned()), ours, theirs.sweeps))
     }
 
@@ -158,7 +162,7 @@ impl Checkpoint {
         }
         let place = sweep.pieces.partition_point(|(other, _)| *other < piece);
         sweep.pieces.insert(place, (piece, outcome.clone()));
-        state.changed(path)
+        state.changed(path).is_ok()
     }
 
     /// The networks that the walk of a budget found with so many control points.
@@ -168,17 +172,44 @@ impl Checkpoint {
         state.content.walked.iter().find(there).cloned()
     }
 
-    /// Keeps the networks of a resolution; the sweeps that led to them are over. False as with [`Checkpoint::keep`].
-    pub fn keep_walked(&self, points: &[Point]) -> bool {
-        let Some(path) = &self.path else { return true };
+    /// Keeps the networks of a resolution; the ladder and the sweeps that led to them are over.
+    ///
+    /// # Errors
+    /// Why the file could not be written.
+    pub fn keep_walked(&self, points: &[Point]) -> Result<()> {
+        let Some(path) = &self.path else { return Ok(()) };
         let mut state = self.state();
         let numbers = |point: &Point| [point.fitted, point.error, point.step_seconds, point.calibration_seconds];
         if !points.iter().flat_map(numbers).all(f64::is_finite) {
-            return true;
+            return Ok(());
         }
         state.content.walked.push(points.to_vec());
+        state.content.ladder = None;
         state.content.sweeps.clear();
         state.earlier.clear();
+        state.changed(path)
+    }
+
+    /// Where a ladder stood that began with these inputs; none where it has to begin anew.
+    pub fn ladder(&self, inputs: u64) -> Option<Standing> {
+        let state = self.state();
+        let climbed = state.content.ladder.as_ref()?;
+        (climbed.inputs == format!("{inputs:016x}")).then(|| climbed.standing.clone())
+    }
+
+    /// Keeps where the ladder stands.
+    ///
+    /// # Errors
+    /// Why the file could not be written.
+    pub fn keep_ladder(&self, inputs: u64, standing: &Standing) -> Result<()> {
+        let Some(path) = &self.path else { return Ok(()) };
+        let mut state = self.state();
+        let rungs = standing.rungs.iter().flat_map(|rung| [Some(rung.error), rung.held_out]).flatten();
+        if !rungs.chain(standing.last.phi.iter().copied()).all(f64::is_finite) {
+            return Ok(());
+        }
+        let inputs = format!("{inputs:016x}");
+        state.content.ladder = Some(Climbed { inputs, standing: standing.clone() });
         state.changed(path)
     }
 
@@ -227,6 +258,7 @@ impl Checkpoint {
             pieces.iter().filter(|(piece, _)| piece.stage == Stage::Answer).map(|(_, found)| found.error).collect();
         Finished {
             resolutions: state.content.walked.len(),
+            rungs: state.content.ladder.as_ref().map_or(0, |climbed| climbed.standing.rungs.len()),
             answers: answers.len(),
             problems: sweep.map_or(0, |sweep| sweep.problems),
             others: pieces.len() - answers.len(),
@@ -241,13 +273,13 @@ impl Checkpoint {
 }
 
 impl State {
-    /// After something new: writes the file if it is time to; false when that failed.
-    fn changed(&mut self, path: &Path) -> bool {
+    /// After something new: writes the file if it is time to. Once that failed, so does all that follows.
+    fn changed(&mut self, path: &Path) -> Result<()> {
         self.unwritten = true;
         if self.failure.is_none() && self.pause.0.seconds() >= self.pause.1 {
             self.failure = self.write(path).err();
         }
-        self.failure.is_none()
+        self.failure.clone().map_or(Ok(()), Err)
     }
 
     fn write(&mut self, path: &Path) -> Result<()> {

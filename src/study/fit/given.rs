@@ -155,7 +155,7 @@ impl Given<'_> {
     }
 
     /// A digest of the numbers that the sweep begins with, and of the path of solution.
-    fn digest(&self, problems: &[SweepProblem], vectors: &[&[f64]]) -> u64 {
+    pub(in crate::study) fn digest(&self, problems: &[SweepProblem], vectors: &[&[f64]]) -> u64 {
         let Lattice { network, coefficients, choice, .. } = self.lattice;
         let of_problems = problems.iter().flat_map(|problem| problem.upper.iter().copied());
         let numbers = vectors.iter().copied().flatten().chain(coefficients).chain(network.positions.iter().flatten());
