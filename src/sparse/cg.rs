@@ -453,13 +453,21 @@ mod tests {
         let mut each = |r: &[f64], z: &mut [f64]| {
             r.chunks_exact(n).zip(z.chunks_exact_mut(n)).for_each(|(r, z)| jacobi(r, z));
         };
-        let together = solve_columns(&mut chains(n), &mut each, &b, &mut x, 1e-12, 200, &mut work);
+        let (mut calls, mut all) = (0, chains(n));
+        let mut apply = |p: &[f64], q: &mut [f64]| {
+            calls += 1;
+            all(p, q);
+        };
+        let together = solve_columns(&mut apply, &mut each, &b, &mut x, 1e-12, 200, &mut work);
         assert!(together.reached(1e-12), "{together:?}");
-        let mut iterations = 0;
+        let (mut iterations, mut most) = (0, 0);
         for (b, x) in b.chunks_exact(n).zip(alone.chunks_exact_mut(n)) {
-            iterations += solve(&mut chain, &mut each, b, x, 1e-12, 200, &mut work).iterations;
+            let taken = solve(&mut chain, &mut each, b, x, 1e-12, 200, &mut work).iterations;
+            (iterations, most) = (iterations + taken, most.max(taken));
         }
         assert_eq!((x, together.iterations), (alone, iterations));
+        // one call an iteration of the longest, and a few for residuals
+        assert!(most < calls && calls <= most + 6, "{calls} calls for {most} iterations");
         assert_eq!(solve_columns(&mut chains(n), &mut each, &[], &mut [], 1e-12, 9, &mut work).residual, 0.0);
     }
 

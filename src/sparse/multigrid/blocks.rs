@@ -5,7 +5,8 @@
 //! ```
 //!
 //! Only the diagonal block and the 13 forward ones are stored, plane by plane, entry by entry: the numbers of one plane
-//! of nodes lie together, and a product is a row of plain loops over it. The plane owns its sums.
+//! of nodes lie together. A product takes as many neighbouring places as a register holds, and keeps the sums of all columns
+//! for them in registers: a block is loaded once for all columns, and a place owns its sums.
 
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
