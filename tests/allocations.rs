@@ -19,7 +19,8 @@ use springfit::reference::corotational::held::Held;
 use springfit::reference::mass;
 use springfit::reference::material::{Material, Plane};
 use springfit::reference::methods::smoothed::{self, Smoothing};
-use springfit::springs::topology;
+use springfit::springs::multigrid_solver::MultigridSolver;
+use springfit::springs::{grouping, topology};
 
 /// The allocator of the system, counted.
 struct Counted;
@@ -108,4 +109,32 @@ fn corotational_steps_allocate_nothing_after_the_first() {
             assert_eq!(found, 0, "{name} with {solver:?}");
         }
     }
+}
+
+/// Short vectors, as sums of long ones keep one number for each piece of them.
+#[test]
+fn solves_on_a_grid_allocate_nothing_after_the_first() {
+    let grid = Grid::new(&[9, 9, 9]);
+    let positions: Vec<[f64; 3]> = (0..grid.len()).map(|node| grid.index(node).map(|i| i as f64)).collect();
+    let held: Vec<[bool; 3]> = positions.iter().map(|x| [x[0] == 0.0; 3]).collect();
+    let dofs = DofMap::untied(3, &held);
+    let network = (topology::find("grid").expect("the table has it").connect)(&grid, &positions, &dofs);
+    let group = grouping::find("kind").expect("the table has it").group;
+    let groups = group(&network, &grouping::Request::default()).expect("no gamma needed");
+    let weights = vec![1.0; network.springs.len()];
+    let mut solver = MultigridSolver::new(&network, &grid, &dofs, &groups, &weights).expect("a grid to be halved");
+    let forces: Vec<f64> = (0..5 * dofs.len()).map(|i| (i as f64).sin()).collect();
+    let mut answers = vec![0.0; forces.len()];
+    solver.set(&[3.0, 2.0, 1.0]);
+    let mut solve = || {
+        answers.fill(0.0);
+        solver.solve_columns(&forces, &mut answers, 1e-10).expect("solvable");
+    };
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    alone.install(|| {
+        solve();
+        let before = ALLOCATIONS.get();
+        solve();
+        assert_eq!(ALLOCATIONS.get() - before, 0);
+    });
 }

@@ -5,6 +5,7 @@ use springfit::error::Error;
 use springfit::geometry::dofs::DofMap;
 use springfit::geometry::grid::Grid;
 use springfit::sparse::cholesky::{Factor, Symbolic};
+use springfit::sparse::multigrid::padded::Padded;
 use springfit::sparse::ordering::nested_dissection;
 use springfit::springs::affine::{self, AffineStiffness};
 use springfit::springs::grouping::{self, Grouping, Request};
@@ -247,6 +248,58 @@ fn bits_do_not_depend_on_threads_or_on_what_was_before() {
     for (threads, before) in [(2, false), (4, false), (1, true)] {
         assert!(run(threads, before) == alone, "{threads} threads");
     }
+}
+
+/// Seven right-hand sides with guesses: as many as are taken at once, and three more. One is zero, one is done by its guess.
+fn seven_columns(solver: &mut MultigridSolver, body: &Body) -> (Vec<f64>, Vec<f64>) {
+    let n = body.dofs.len();
+    let (mut b, mut x) = (body.loads().repeat(7), vec![0.0; 7 * n]);
+    for (i, b) in b.iter_mut().enumerate().skip(n) {
+        *b = 1e3_f64.powi((i / n) as i32 - 3) * (scattered(i) - 0.5);
+    }
+    b[2 * n..3 * n].fill(0.0);
+    solver.solve(&b[..n], &mut x[..n], 1e-12).expect("a guess that is the answer");
+    x[3 * n..5 * n].iter_mut().enumerate().for_each(|(i, x)| *x = scattered(i));
+    (b, x)
+}
+
+#[test]
+fn columns_together_have_the_bits_of_each_alone_on_any_number_of_threads() {
+    for (name, body) in small_bodies().into_iter().chain([("sheared 17", sheared(17))]) {
+        let mut solver = body.solver();
+        solver.set(&body.phi());
+        let (b, guess) = seven_columns(&mut solver, &body);
+        let (mut alone, mut together) = (guess.clone(), guess.clone());
+        let n = body.dofs.len();
+        let each = b.chunks_exact(n).zip(alone.chunks_exact_mut(n));
+        let reports: Vec<_> = each.map(|(b, x)| solver.solve(b, x, 1e-10).expect(name)).collect();
+        assert!(reports[0].iterations == 0 && reports[2].iterations == 0 && reports[1].iterations > 5, "{name}");
+        for threads in [1, 2, 4] {
+            together.copy_from_slice(&guess);
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            let report = pool.install(|| solver.solve_columns(&b, &mut together, 1e-10)).expect(name);
+            assert!(together == alone, "{name} on {threads} threads");
+            assert_eq!(report.iterations, reports.iter().map(|report| report.iterations).sum::<usize>(), "{name}");
+            assert_eq!(report.residual, reports.iter().fold(0.0, |worst: f64, report| worst.max(report.residual)));
+        }
+    }
+}
+
+#[test]
+fn memory_grows_to_four_columns_and_no_further() {
+    let body = cube(17);
+    let mut solver = body.solver();
+    solver.set(&body.phi());
+    let n = body.dofs.len();
+    let mut bytes = |columns: usize| {
+        solver.solve_columns(&body.loads().repeat(columns), &mut vec![0.0; columns * n], 1e-2).expect("solvable");
+        solver.memory_bytes()
+    };
+    let (one, two, four, nine) = (bytes(1), bytes(2), bytes(4), bytes(9));
+    // six vectors in f64, four in f32 on all grids
+    let vector = 3 * Padded::new(body.grid.extents()).len();
+    assert!((56 * vector..80 * vector).contains(&(two - one)), "{one} {two}");
+    assert_eq!((four - one, nine), (3 * (two - one), four));
 }
 
 #[test]

@@ -48,6 +48,9 @@ pub const NEAR: f64 = 1.6;
 /// A grid with at most this many nodes is solved directly.
 pub const COARSEST: usize = 64;
 
+/// Columns that go through a product or a cycle in step, at most.
+pub const TOGETHER: usize = 4;
+
 /// Numbers that one task serves.
 const PIECE: usize = 16_384;
 
@@ -116,20 +119,31 @@ impl Multigrid {
         }
     }
 
-    /// z = M r: one V-cycle. Whole vectors on the finest grid; r must be zero at held components and in the margin.
+    /// z = M r for whole columns on the finest grid: one V-cycle each, up to [`TOGETHER`] of them in step. Every r must be
+    /// zero at held components and in the margin. The bits of a column do not depend on the others.
     pub fn apply(&mut self, r: &[f64], z: &mut [f64]) {
-        // a power of two brings r into the range of f32 without changing its digits
-        let largest = r.par_iter().with_min_len(PIECE).map(|r| r.abs()).reduce(|| 0.0, f64::max);
-        if largest == 0.0 || !largest.is_finite() {
-            return z.fill(0.0 * largest);
+        let n = 3 * self.levels[0].padded.len();
+        for (r, z) in r.chunks(TOGETHER * n).zip(z.chunks_mut(TOGETHER * n)) {
+            let count = r.len() / n;
+            self.levels.iter_mut().for_each(|level| level.make_room(count));
+            let mut scales = [0.0; TOGETHER];
+            for ((r, to), scale) in r.chunks_exact(n).zip(self.levels[0].r.chunks_exact_mut(n)).zip(&mut scales) {
+                *scale = round_into(r, to);
+            }
+            match count {
+                1 => self.cycle::<1>(),
+                2 => self.cycle::<2>(),
+                3 => self.cycle::<3>(),
+                _ => self.cycle::<TOGETHER>(),
+            }
+            for ((z, x), scale) in z.chunks_exact_mut(n).zip(self.levels[0].x.chunks_exact(n)).zip(scales) {
+                z.par_iter_mut().with_min_len(PIECE).zip(x).for_each(|(z, x)| *z = scale * f64::from(*x));
+            }
         }
-        let scale = largest.log2().floor().exp2();
-        let down = 1.0 / scale;
-        let to = self.levels[0].r.par_iter_mut().with_min_len(PIECE);
-        to.zip(r).for_each(|(to, r)| *to = (r * down) as f32);
-        cycle(&mut self.levels, &self.transfers, &mut self.coarsest, &mut self.scratch);
-        let x = &self.levels[0].x;
-        z.par_iter_mut().with_min_len(PIECE).zip(x).for_each(|(z, x)| *z = scale * f64::from(*x));
+    }
+
+    fn cycle<const COLUMNS: usize>(&mut self) {
+        cycle::<COLUMNS>(&mut self.levels, &self.transfers, &mut self.coarsest, &mut self.scratch);
     }
 
     /// Nodes along each direction on every grid, from the finest.
@@ -155,23 +169,49 @@ fn directions(padded: &Padded, positions: &[f32]) -> Option<[bool; 3]> {
     Some([0, 1, 2].map(|d| n[d] > 2 && spacing[d] <= NEAR * nearest))
 }
 
-/// One V-cycle: `levels[0].x` from `levels[0].r`.
-fn cycle(levels: &mut [Level], transfers: &[Transfer], coarsest: &mut Coarsest, scratch: &mut [f32]) {
+/// Rounds r over a power of two, which brings it into the range of f32 without changing its digits, and returns that. What
+/// is zero or no number becomes zero, and the factor zero or no number.
+fn round_into(r: &[f64], to: &mut [f32]) -> f64 {
+    let largest = r.par_iter().with_min_len(PIECE).map(|r| r.abs()).reduce(|| 0.0, f64::max);
+    if largest == 0.0 || !largest.is_finite() {
+        to.fill(0.0);
+        return 0.0 * largest;
+    }
+    let scale = largest.log2().floor().exp2();
+    let down = 1.0 / scale;
+    to.par_iter_mut().with_min_len(PIECE).zip(r).for_each(|(to, r)| *to = (r * down) as f32);
+    scale
+}
+
+/// One V-cycle for each column: `levels[0].x` from `levels[0].r`.
+fn cycle<const COLUMNS: usize>(
+    levels: &mut [Level],
+    transfers: &[Transfer],
+    coarsest: &mut Coarsest,
+    scratch: &mut [f32],
+) {
     let [level, coarser @ ..] = levels else { return };
+    let n = 3 * level.padded.len();
     let Some((transfer, transfers)) = transfers.split_first() else {
-        return coarsest.solve(&level.r, &mut level.x);
+        let columns = level.r.chunks_exact(n).zip(level.x.chunks_exact_mut(n));
+        return columns.take(COLUMNS).for_each(|(r, x)| coarsest.solve(r, x));
     };
     let lambda = level.lambda;
-    level.start(FIRST / lambda);
-    level.descend(0, SECOND.0, SECOND.1 / lambda);
-    level.advance(1);
-    level.descend(1, 0.0, 0.0);
-    transfer.restrict(&level.r, &coarser[0].held, &mut coarser[0].r, scratch);
-    cycle(coarser, transfers, coarsest, scratch);
-    transfer.prolong(&coarser[0].x, &level.held, &mut level.z[0], scratch);
-    level.advance(0);
-    level.descend(0, 0.0, FIRST / lambda);
-    level.advance(1);
-    level.descend(1, SECOND.0, SECOND.1 / lambda);
-    level.advance(0);
+    level.start::<COLUMNS>(FIRST / lambda);
+    level.descend::<COLUMNS>(0, SECOND.0, SECOND.1 / lambda);
+    level.advance::<COLUMNS>(1);
+    level.descend::<COLUMNS>(1, 0.0, 0.0);
+    let m = 3 * transfer.coarse.len();
+    for (fine, coarse) in level.r.chunks_exact(n).zip(coarser[0].r.chunks_exact_mut(m)).take(COLUMNS) {
+        transfer.restrict(fine, &coarser[0].held, coarse, scratch);
+    }
+    cycle::<COLUMNS>(coarser, transfers, coarsest, scratch);
+    for (coarse, fine) in coarser[0].x.chunks_exact(m).zip(level.z[0].chunks_exact_mut(n)).take(COLUMNS) {
+        transfer.prolong(coarse, &level.held, fine, scratch);
+    }
+    level.advance::<COLUMNS>(0);
+    level.descend::<COLUMNS>(0, 0.0, FIRST / lambda);
+    level.advance::<COLUMNS>(1);
+    level.descend::<COLUMNS>(1, SECOND.0, SECOND.1 / lambda);
+    level.advance::<COLUMNS>(0);
 }

@@ -216,7 +216,9 @@ impl Iterative {
         self.answer.resize(forces.len(), 0.0);
         self.permute(forces, answers);
         let Self { values, product, single, double: factor, right, answer, vectors, .. } = self;
-        let mut apply = |x: &[f64], y: &mut [f64]| product.apply(values, x, y);
+        let mut apply = |x: &[f64], y: &mut [f64]| {
+            x.chunks_exact(n).zip(y.chunks_exact_mut(n)).for_each(|(x, y)| product.apply(values, x, y));
+        };
         let mut precondition = |r: &[f64], z: &mut [f64]| match factor {
             Some(factor) if double => factor.precondition(r, z),
             _ => single.precondition(r, z),

@@ -14,8 +14,8 @@ use crate::error::{Error, Result};
 use crate::geometry::dofs::DofMap;
 use crate::geometry::grid::Grid;
 use crate::sparse::cg;
-use crate::sparse::multigrid::Multigrid;
 use crate::sparse::multigrid::padded::components;
+use crate::sparse::multigrid::{Multigrid, TOGETHER};
 use crate::sparse::vectors;
 
 use super::grouping::Grouping;
@@ -34,13 +34,15 @@ pub const ROUNDING: f64 = 1e-15;
 /// How a solve went.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Report {
-    /// Iterations of the conjugate gradients.
+    /// Iterations of the conjugate gradients, of all columns.
     pub iterations: usize,
-    /// |f - K u| / |f|, computed in f64 from the result; above the tolerance only where rounding allows no less.
+    /// |f - K u| / |f|, computed in f64 from the result, of the worst column; above the tolerance only where rounding allows
+    /// no less.
     pub residual: f64,
 }
 
-/// One worker: springs, hierarchy, workspace. Nothing is allocated after the first [`MultigridSolver::set`].
+/// One worker: springs, hierarchy, workspace. Nothing of the length of a vector is allocated after the first solve for as many
+/// columns at once.
 pub struct MultigridSolver {
     stencil: Stencil,
     multigrid: Multigrid,
@@ -135,11 +137,41 @@ impl MultigridSolver {
     /// # Panics
     /// When `b` or `x` is not as long as there are unknowns.
     pub fn solve(&mut self, b: &[f64], x: &mut [f64], tolerance: f64) -> Result<Report> {
-        assert!(b.len() == self.unknowns() && x.len() == self.unknowns(), "vectors over the free degrees of freedom");
+        assert_eq!(b.len(), self.unknowns(), "a vector over the free degrees of freedom");
+        self.solve_columns(b, x, tolerance)
+    }
+
+    /// Solves for `b.len() / n` columns, one after another in memory, as [`MultigridSolver::solve`] does for one, to the
+    /// same bits; [`TOGETHER`] of them travel in step and share what is read of the springs and the coarse grids.
+    ///
+    /// # Errors
+    /// As [`MultigridSolver::solve`]; columns behind the one that failed may not have been looked at.
+    ///
+    /// # Panics
+    /// When `b` is not a whole number of columns, or `x` has another length.
+    pub fn solve_columns(&mut self, b: &[f64], x: &mut [f64], tolerance: f64) -> Result<Report> {
+        let n = self.unknowns().max(1);
+        assert!(b.len() == x.len() && b.len().is_multiple_of(n), "whole columns over the free degrees of freedom");
+        let mut report = Report { iterations: 0, residual: 0.0 };
+        for (b, x) in b.chunks(TOGETHER * n).zip(x.chunks_mut(TOGETHER * n)) {
+            let found = self.together(b, x, tolerance)?;
+            report.iterations += found.iterations;
+            report.residual = report.residual.max(found.residual);
+        }
+        Ok(report)
+    }
+
+    /// Solves for up to [`TOGETHER`] columns.
+    fn together(&mut self, b: &[f64], x: &mut [f64], tolerance: f64) -> Result<Report> {
+        let (n, padded) = (self.unknowns(), 3 * self.stencil.padded().len());
+        self.make_room(b.len() / n);
         let Self { stencil, multigrid, work, right, solution, .. } = self;
-        stencil.spread(b, right);
-        stencil.spread(x, solution);
-        let outcome = cg::solve(
+        let length = b.len() / n * padded;
+        let (right, solution) = (&mut right[..length], &mut solution[..length]);
+        for (from, to) in [(b, &mut *right), (&*x, &mut *solution)] {
+            from.chunks_exact(n).zip(to.chunks_exact_mut(padded)).for_each(|(from, to)| stencil.spread(from, to));
+        }
+        let outcome = cg::solve_columns(
             &mut |u, out| stencil.product(u, out),
             &mut |r, z| multigrid.apply(r, z),
             right,
@@ -148,16 +180,28 @@ impl MultigridSolver {
             LIMIT,
             work,
         );
-        stencil.collect(solution, x);
+        solution.chunks_exact(padded).zip(x.chunks_exact_mut(n)).for_each(|(from, to)| stencil.collect(from, to));
         work.check()?;
-        let (iterations, residual) = (outcome.iterations, outcome.residual);
-        let rounding = || {
-            let (size, load) = (vectors::norm(x) * stencil.stiffest(), vectors::norm(b));
-            residual * load <= ROUNDING * (size + load)
+        let failed = |(residual, (b, x)): &(f64, (&[f64], &[f64]))| {
+            let rounding = || {
+                let (size, load) = (vectors::norm(x) * stencil.stiffest(), vectors::norm(b));
+                residual * load <= ROUNDING * (size + load)
+            };
+            *residual > tolerance && !rounding()
         };
-        match outcome.reached(tolerance) || rounding() {
-            true => Ok(Report { iterations, residual }),
-            false => Err(Error::Inaccurate { backward_error: residual, limit: tolerance }),
+        match work.residuals().zip(b.chunks_exact(n).zip(x.chunks_exact(n))).find(failed) {
+            None => Ok(Report { iterations: outcome.iterations, residual: outcome.residual }),
+            Some((residual, _)) => Err(Error::Inaccurate { backward_error: residual, limit: tolerance }),
+        }
+    }
+
+    /// Makes room for more columns.
+    fn make_room(&mut self, columns: usize) {
+        let length = 3 * self.stencil.padded().len() * columns;
+        for vectors in [&mut self.right, &mut self.solution] {
+            if vectors.len() < length {
+                vectors.resize(length, 0.0);
+            }
         }
     }
 
@@ -166,9 +210,9 @@ impl MultigridSolver {
         self.stencil.apply_group(group, u, out);
     }
 
-    /// Bytes held, workspace included.
+    /// Bytes held, workspace included: as many columns as were solved for at once, [`TOGETHER`] at most.
     pub fn memory_bytes(&self) -> usize {
-        self.stencil.bytes() + self.multigrid.bytes() + 8 * 6 * self.right.len()
+        self.stencil.bytes() + self.multigrid.bytes() + 8 * 2 * self.right.len() + self.work.bytes()
     }
 }
 

@@ -372,19 +372,17 @@ impl<'a> SpringSolver<'a> {
         match &mut self.engine {
             Engine::Direct { factor, .. } => factor.solve(forces, answers).map(|_| ()),
             Engine::Iterative { iterative, .. } => iterative.solve(forces, answers, tolerance),
-            Engine::Multigrid { solver, work } => {
-                for (f, u) in forces.chunks_exact(self.unknowns).zip(answers.chunks_exact_mut(self.unknowns)) {
-                    match solver.solve(f, u, tolerance) {
-                        Ok(report) => work.iterations += report.iterations as u64,
-                        Err(error) => {
-                            // what is left is no guess
-                            u.fill(0.0);
-                            return Err(error);
-                        }
-                    }
+            Engine::Multigrid { solver, work } => match solver.solve_columns(forces, answers, tolerance) {
+                Ok(report) => {
+                    work.iterations += report.iterations as u64;
+                    Ok(())
                 }
-                Ok(())
-            }
+                Err(error) => {
+                    // what is left is no guess
+                    answers.fill(0.0);
+                    Err(error)
+                }
+            },
         }
     }
 }

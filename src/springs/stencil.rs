@@ -17,13 +17,15 @@ use rayon::prelude::*;
 
 use crate::geometry::dofs::{DofMap, FIXED};
 use crate::geometry::grid::Grid;
+use crate::sparse::multigrid::TOGETHER;
 use crate::sparse::multigrid::bars::Bars;
-use crate::sparse::multigrid::padded::{Held, Padded, components, pieces};
+use crate::sparse::multigrid::level::STRIP_OF_BARS;
+use crate::sparse::multigrid::padded::{Held, Padded, Piece, columns, components, for_each_strip};
 
 use super::grouping::Grouping;
 use super::network::Network;
 
-/// Places that one task of a product serves.
+/// Places that one task of an update serves.
 const PIECE: usize = 2048;
 
 /// Why springs cannot be a stencil.
@@ -169,12 +171,27 @@ impl Stencil {
         2.0 * self.padded.body().into_par_iter().with_min_len(PIECE).map(around).reduce(|| 0.0, f64::max)
     }
 
-    /// out = K(phi) u on the padded grid; `u` zero at held components and in the margin.
+    /// out = K(phi) u for whole columns on the padded grid, up to [`TOGETHER`] of them in step; `u` zero at held components
+    /// and in the margin. The bits of a column do not depend on the others.
     pub fn product(&self, u: &[f64], out: &mut [f64]) {
-        pieces(&self.padded, out, PIECE).enumerate().for_each(|(i, mut out)| {
-            let start = self.padded.base() + i * PIECE;
-            self.bars.product(&self.padded, u, start, &mut out);
-            self.held.clear(start, &mut out);
+        let n = 3 * self.padded.len();
+        for (u, out) in u.chunks(TOGETHER * n).zip(out.chunks_mut(TOGETHER * n)) {
+            match u.len() / n {
+                1 => self.product_of::<1>(u, out),
+                2 => self.product_of::<2>(u, out),
+                3 => self.product_of::<3>(u, out),
+                _ => self.product_of::<TOGETHER>(u, out),
+            }
+        }
+    }
+
+    fn product_of<const COLUMNS: usize>(&self, u: &[f64], out: &mut [f64]) {
+        let u: [&[f64]; COLUMNS] = columns(u, 3 * self.padded.len());
+        for_each_strip(&self.padded, [out], STRIP_OF_BARS, |start, [mut out]: [Piece<f64, COLUMNS>; 1]| {
+            for (u, out) in u.iter().zip(&mut out) {
+                self.bars.product(&self.padded, u, start, out);
+                self.held.clear(start, out);
+            }
         });
     }
 

@@ -16,6 +16,7 @@ use crate::reference::methods::Method;
 use crate::reference::{self, stiffness};
 use crate::scene::{self, Scene};
 use crate::sparse::cholesky::Symbolic;
+use crate::sparse::multigrid::TOGETHER;
 use crate::springs::members::Members;
 use crate::springs::solver::Path;
 
@@ -29,9 +30,11 @@ use super::{body, fit, large, limits, linear_fit, loads, motion, network};
 /// for estimates only.
 const RATE: f64 = 1e10;
 
-/// Bytes of the multigrid path for each unknown, of the network for each spring, seconds of one solve on one thread for each
-/// unknown, and solves of one problem beside two for each group; for estimates only.
+/// Bytes of the multigrid path for each unknown, and for every further column that travels along; of the network for each
+/// spring; seconds of one solve on one thread for each unknown; and solves of one problem beside two for each group; for
+/// estimates only.
 const GRID_BYTES: usize = 600;
+const GRID_COLUMN_BYTES: usize = 80;
 const NETWORK_BYTES: usize = 80;
 const GRID_SECONDS: f64 = 3e-6;
 const GRID_SOLVES: usize = 8;
@@ -266,8 +269,11 @@ impl SpringCost {
         let Some(symbolic) = &lattice.symbolic else {
             let basis = Galerkin::bytes(unknowns, springs, reduced::capacity(fitted, most));
             let solves: usize = distinct.iter().map(|groups| fitted * (GRID_SOLVES + 2 * groups)).sum();
+            // load cases travel together, and the derivatives of one
+            let further = fitted.max(most.saturating_sub(1)).clamp(1, TOGETHER) - 1;
+            let solver = (GRID_BYTES + GRID_COLUMN_BYTES * further) * unknowns;
             return Self {
-                bytes: GRID_BYTES * unknowns + NETWORK_BYTES * springs + Members::bytes(springs) + basis,
+                bytes: solver + NETWORK_BYTES * springs + Members::bytes(springs) + basis,
                 factor_entries: 0,
                 seconds: GRID_SECONDS * unknowns as f64 * solves as f64,
             };

@@ -13,6 +13,8 @@
 //!
 //! In f64 it is the operator of the conjugate gradients, in f32 that of the smoother on the finest level.
 
+use pulp::{Simd, WithSimd};
+
 use super::padded::{Padded, SPARE, components};
 
 /// Springs on a padded grid; positions (3 components) and coefficients (one component for each forward offset).
@@ -24,58 +26,61 @@ pub struct Bars<T> {
     pub coefficients: Vec<T>,
 }
 
+/// A product to be computed on a piece.
+struct Product<'a, 'b, T> {
+    bars: &'a Bars<T>,
+    padded: &'a Padded,
+    u: &'a [T],
+    start: usize,
+    out: &'a mut [&'b mut [T]; 3],
+}
+
 macro_rules! product {
-    ($real:ty, $lanes:literal) => {
+    ($real:ident, $lanes:ident, $view:ident, $store:ident, $minus:ident, $times:ident, $plus:ident, $all:ident) => {
         impl Bars<$real> {
             /// out = K u on the places from `start`; `u` is a whole vector, `out` a piece of one. Held components are
             /// not looked at.
             pub fn product(&self, padded: &Padded, u: &[$real], start: usize, out: &mut [&mut [$real]; 3]) {
-                pulp::Arch::new().dispatch(
-                    #[inline(always)]
-                    || self.product_in_place(padded, u, start, out),
-                );
+                pulp::Arch::new().dispatch(Product { bars: self, padded, u, start, out });
             }
+        }
+
+        impl WithSimd for Product<'_, '_, $real> {
+            type Output = ();
 
             #[inline(always)]
-            fn product_in_place(&self, padded: &Padded, u: &[$real], start: usize, out: &mut [&mut [$real]; 3]) {
-                const { assert!($lanes <= SPARE) };
-                let (x, u) = (components(&self.positions), components(u));
+            fn with_simd<S: Simd>(self, simd: S) {
+                const { assert!(S::$lanes <= SPARE) };
+                let Self { bars, padded, u, start, out } = self;
+                let (x, u) = (components(&bars.positions), components(u));
                 let (len, count) = (padded.len(), out[0].len());
-                for first in (0..count).step_by($lanes) {
+                let take = |v: &[$real], p: usize| S::$view(&v[p..p + S::$lanes]).0[0];
+                for first in (0..count).step_by(S::$lanes) {
                     let p = start + first;
                     let (xp, up) = (x.map(|x| take(x, p)), u.map(|u| take(u, p)));
-                    let mut sum = [[0.0; $lanes]; 3];
+                    let mut sum = [simd.$all(0.0); 3];
                     for (o, &offset) in padded.forward().iter().enumerate() {
-                        let (step, c) = (padded.step(offset), &self.coefficients[o * len..(o + 1) * len]);
+                        let (step, c) = (padded.step(offset), &bars.coefficients[o * len..(o + 1) * len]);
                         for (q, c) in [(p + step, take(c, p)), (p - step, take(c, p - step))] {
-                            let (xq, uq) = (x.map(|x| take(x, q)), u.map(|u| take(u, q)));
-                            for l in 0..$lanes {
-                                let d = [xp[0][l] - xq[0][l], xp[1][l] - xq[1][l], xp[2][l] - xq[2][l]];
-                                let e = [up[0][l] - uq[0][l], up[1][l] - uq[1][l], up[2][l] - uq[2][l]];
-                                let pull = c[l] * (d[0] * e[0] + d[1] * e[1] + d[2] * e[2]);
-                                sum[0][l] += pull * d[0];
-                                sum[1][l] += pull * d[1];
-                                sum[2][l] += pull * d[2];
-                            }
+                            let d: [_; 3] = std::array::from_fn(|a| simd.$minus(xp[a], take(x[a], q)));
+                            let e: [_; 3] = std::array::from_fn(|a| simd.$minus(up[a], take(u[a], q)));
+                            let along = simd.$plus(d[2], e[2], simd.$plus(d[1], e[1], simd.$times(d[0], e[0])));
+                            let pull = simd.$times(c, along);
+                            sum = [0, 1, 2].map(|a| simd.$plus(pull, d[a], sum[a]));
                         }
                     }
-                    let last = $lanes.min(count - first);
-                    for (out, sum) in out.iter_mut().zip(&sum) {
-                        out[first..first + last].copy_from_slice(&sum[..last]);
+                    let last = S::$lanes.min(count - first);
+                    for (out, sum) in out.iter_mut().zip(sum) {
+                        simd.$store(&mut out[first..first + last], sum);
                     }
-                }
-                /// A register full of numbers.
-                #[inline(always)]
-                fn take(v: &[$real], p: usize) -> &[$real; $lanes] {
-                    v[p..p + $lanes].first_chunk().expect("as long as a register")
                 }
             }
         }
     };
 }
 
-product!(f64, 8);
-product!(f32, 16);
+product!(f64, F64_LANES, as_simd_f64s, partial_store_f64s, sub_f64s, mul_f64s, mul_add_e_f64s, splat_f64s);
+product!(f32, F32_LANES, as_simd_f32s, partial_store_f32s, sub_f32s, mul_f32s, mul_add_e_f32s, splat_f32s);
 
 impl Bars<f32> {
     /// The diagonal blocks sum_s c D D^T on the places from `start`: `straight` takes xx, yy, zz, `mixed` xy, xz, yz.

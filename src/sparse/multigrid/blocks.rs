@@ -5,13 +5,13 @@
 //! ```
 //!
 //! Only the diagonal block and the 13 forward ones are stored, plane by plane, entry by entry: the numbers of one plane
-//! of nodes lie together, and a product is a row of plain loops over it. The plane owns its sums.
+//! of nodes lie together. A product takes as many neighbouring places as a register holds, and keeps the sums of all columns
+//! for them in registers: a block is loaded once for all columns, and a place owns its sums.
 
-use std::ops::Range;
-
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::padded::{Padded, components};
+use super::padded::{Padded, Piece, SPARE, components};
 
 /// Blocks of a plane: the diagonal, then the forward offsets.
 #[derive(Debug, Clone)]
@@ -26,7 +26,7 @@ pub const ENTRIES: usize = 9;
 impl Blocks {
     /// All zeros on a grid.
     pub fn new(padded: &Padded) -> Self {
-        let count = (padded.forward().len() + 1) * ENTRIES * padded.plane() * padded.extents()[0];
+        let count = (padded.forward().len() + 1) * ENTRIES * padded.plane() * padded.extents()[0] + SPARE;
         Self { padded: padded.clone(), values: vec![0.0; count] }
     }
 
@@ -67,59 +67,84 @@ impl Blocks {
         4 * self.values.len()
     }
 
-    /// out = A u on one plane; `u` is a whole vector, `out` that plane of one.
-    pub fn product(&self, u: &[f32], plane: usize, out: &mut [&mut [f32]; 3]) {
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || self.product_in_place(u, plane, out),
-        );
+    /// out = A u on places from `start`, all of one plane, for some columns: `u` are whole vectors, `out` a piece of each.
+    pub fn product<const COLUMNS: usize>(&self, u: [&[f32]; COLUMNS], start: usize, out: &mut Piece<f32, COLUMNS>) {
+        pulp::Arch::new().dispatch(Product { blocks: self, u: u.map(components), start, out });
     }
 
+    /// The numbers from a place of the first entry of a block on.
     #[inline(always)]
-    fn product_in_place(&self, u: &[f32], plane: usize, out: &mut [&mut [f32]; 3]) {
-        let size = self.padded.plane();
-        let start = self.padded.base() + plane * size;
-        let u = components(u);
-        out.iter_mut().for_each(|out| out.fill(0.0));
-        self.add_blocks(plane, 0, false, 0..size, u.map(|u| &u[start..start + size]), out);
-        for (o, &offset) in self.padded.forward().iter().enumerate() {
-            let step = self.padded.step(offset);
-            self.add_blocks(plane, o + 1, false, 0..size, u.map(|u| &u[start + step..start + step + size]), out);
-            if plane < offset[0] as usize {
-                continue;
+    fn from(&self, plane: usize, o: usize, within: isize) -> &[f32] {
+        let start = plane * self.plane_len() + o * ENTRIES * self.padded.plane();
+        &self.values[(start as isize + within) as usize..]
+    }
+}
+
+/// A product to be computed on a piece; columns share what is read of the blocks, in registers.
+struct Product<'a, 'b, const COLUMNS: usize> {
+    blocks: &'a Blocks,
+    u: [[&'a [f32]; 3]; COLUMNS],
+    start: usize,
+    out: &'a mut Piece<'b, f32, COLUMNS>,
+}
+
+impl<const COLUMNS: usize> WithSimd for Product<'_, '_, COLUMNS> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        const { assert!(S::F32_LANES <= SPARE) };
+        let Self { blocks, u, start, out } = self;
+        let padded = &blocks.padded;
+        let size = padded.plane();
+        let (plane, within) = ((start - padded.base()) / size, (start - padded.base()) % size);
+        // the last row is empty, and so is the last place before it
+        let count = out[0][0].len().min((size - padded.row() - 1).saturating_sub(within));
+        for first in (0..count).step_by(S::F32_LANES) {
+            let mut sum = [[simd.splat_f32s(0.0); 3]; COLUMNS];
+            let place = start + first;
+            let within = (within + first) as isize;
+            add_block::<S, COLUMNS, false>(simd, blocks.from(plane, 0, within), size, &u, place, &mut sum);
+            for (o, &offset) in padded.forward().iter().enumerate() {
+                let step = padded.step(offset);
+                let ahead = blocks.from(plane, o + 1, within);
+                add_block::<S, COLUMNS, false>(simd, ahead, size, &u, place + step, &mut sum);
+                let planes = offset[0] as usize;
+                if plane >= planes {
+                    // in the first row this begins in the empty row of the entry before: zeros, as there is no neighbour
+                    let behind = blocks.from(plane - planes, o + 1, within + (planes * size) as isize - step as isize);
+                    add_block::<S, COLUMNS, true>(simd, behind, size, &u, place - step, &mut sum);
+                }
             }
-            // places of the plane where the backward neighbour lies in its own plane's numbers; the others have none
-            let within = step as isize - offset[0] as isize * size as isize;
-            let (first, last) = (within.max(0) as usize, (size as isize + within.min(0)) as usize);
-            let u = u.map(|u| &u[start + first - step..start + last - step]);
-            let [x, y, z] = &mut *out;
-            let mut part = [&mut x[first..last], &mut y[first..last], &mut z[first..last]];
-            let from = (first as isize - within) as usize;
-            self.add_blocks(plane - offset[0] as usize, o + 1, true, from..from + last - first, u, &mut part);
+            let last = S::F32_LANES.min(count - first);
+            for k in 0..COLUMNS {
+                for a in 0..3 {
+                    simd.partial_store_f32s(&mut out[k][a][first..first + last], sum[k][a]);
+                }
+            }
         }
+        out.iter_mut().flatten().for_each(|out| out[count..].fill(0.0));
     }
+}
 
-    /// out += B u for block `o` of the places `range` of a plane, or B^T u.
-    #[inline(always)]
-    fn add_blocks(
-        &self,
-        plane: usize,
-        o: usize,
-        transposed: bool,
-        range: Range<usize>,
-        u: [&[f32]; 3],
-        out: &mut [&mut [f32]; 3],
-    ) {
-        let count = range.len();
-        let [ux, uy, uz] = u.map(|u| &u[..count]);
-        for (r, out) in out.iter_mut().enumerate() {
-            let [bx, by, bz] = [0, 1, 2].map(|c| {
-                let entry = if transposed { 3 * c + r } else { 3 * r + c };
-                &self.entry(plane, o, entry)[range.clone()][..count]
-            });
-            let out = &mut out[..count];
-            for p in 0..count {
-                out[p] += bx[p] * ux[p] + by[p] * uy[p] + bz[p] * uz[p];
+/// sum += B u for the block whose entries begin in `from`, `size` apart, or B^T u.
+#[inline(always)]
+fn add_block<S: Simd, const COLUMNS: usize, const TRANSPOSED: bool>(
+    simd: S,
+    from: &[f32],
+    size: usize,
+    u: &[[&[f32]; 3]; COLUMNS],
+    place: usize,
+    sum: &mut [[S::f32s; 3]; COLUMNS],
+) {
+    let take = |v: &[f32], p: usize| S::as_simd_f32s(&v[p..p + S::F32_LANES]).0[0];
+    let b: [S::f32s; ENTRIES] = std::array::from_fn(|entry| take(from, entry * size));
+    for k in 0..COLUMNS {
+        let u = u[k].map(|u| take(u, place));
+        for r in 0..3 {
+            for c in 0..3 {
+                let entry = if TRANSPOSED { 3 * c + r } else { 3 * r + c };
+                sum[k][r] = simd.mul_add_e_f32s(b[entry], u[c], sum[k][r]);
             }
         }
     }

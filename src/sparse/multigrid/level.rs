@@ -15,10 +15,16 @@ use rayon::prelude::*;
 
 use super::bars::Bars;
 use super::blocks::Blocks;
-use super::padded::{Held, Padded, components, pieces};
+use super::padded::{Held, Padded, Piece, columns, components, for_each_strip, pieces};
 
-/// Places that one task of a spring product serves; fixed, though no bit depends on it.
+/// Places that one task of the diagonal of springs serves; fixed, though no bit depends on it.
 const PIECE: usize = 2048;
+
+/// Places of a strip of springs: what a strip of all columns reads of them stays in the cache, 13 coefficients a place.
+pub const STRIP_OF_BARS: usize = 512;
+
+/// Places of a strip of blocks, 126 numbers a place.
+const STRIP_OF_BLOCKS: usize = 256;
 
 /// Steps of the power iteration for lambda, and the factor on what it finds, since it finds too little.
 const POWER_STEPS: usize = 8;
@@ -54,7 +60,7 @@ pub struct Level {
     pub inverse: [Vec<f32>; 2],
     /// An upper bound of the eigenvalues of D^-1 A.
     pub lambda: f32,
-    /// The solution.
+    /// The solution; this and the vectors below have as many columns as were asked for at once.
     pub x: Vec<f32>,
     /// The residual; the right-hand side at the start.
     pub r: Vec<f32>,
@@ -79,11 +85,30 @@ impl Level {
         }
     }
 
-    /// Places that one task serves.
+    /// Makes room for more columns.
+    pub fn make_room(&mut self, columns: usize) {
+        let length = 3 * self.padded.len() * columns;
+        let [first, second] = &mut self.z;
+        for vectors in [&mut self.x, &mut self.r, first, second] {
+            if vectors.len() < length {
+                vectors.resize(length, 0.0);
+            }
+        }
+    }
+
+    /// Places that one task of the diagonal serves.
     fn piece(&self) -> usize {
         match self.operator {
             Operator::Bars(_) => PIECE,
             Operator::Blocks(_) => self.padded.plane(),
+        }
+    }
+
+    /// Places of a strip.
+    fn strip(&self) -> usize {
+        match self.operator {
+            Operator::Bars(_) => STRIP_OF_BARS,
+            Operator::Blocks(_) => STRIP_OF_BLOCKS,
         }
     }
 
@@ -119,21 +144,22 @@ impl Level {
 
     /// The largest eigenvalue of D^-1 A by the power method, enlarged.
     fn largest_eigenvalue(&mut self) -> f32 {
-        for (i, x) in self.z[0].iter_mut().enumerate() {
+        let n = 3 * self.padded.len();
+        for (i, x) in self.z[0][..n].iter_mut().enumerate() {
             // any vector with all wave lengths in it, the same for ever
             *x = ((i.wrapping_mul(2_654_435_761) >> 7 & 1023) as f32 / 1023.0) - 0.5;
         }
         let (padded, held, free) = (&self.padded, &self.held, &self.free);
-        clear_outside(padded, free, &mut self.z[0]);
-        pieces(padded, &mut self.z[0], padded.len()).for_each(|mut piece| held.clear(padded.base(), &mut piece));
+        clear_outside(padded, free, &mut self.z[0][..n]);
+        pieces(padded, &mut self.z[0][..n], padded.len()).for_each(|mut piece| held.clear(padded.base(), &mut piece));
         let mut largest = 1.0;
         for _ in 0..POWER_STEPS {
-            let before = norm(&self.z[0]);
-            self.r.fill(0.0);
-            self.descend(0, 0.0, -1.0);
-            largest = norm(&self.z[1]) / before;
-            let scale = 1.0 / norm(&self.z[1]).max(f32::MIN_POSITIVE);
-            self.z[1].iter_mut().for_each(|z| *z *= scale);
+            let before = norm(&self.z[0][..n]);
+            self.r[..n].fill(0.0);
+            self.descend::<1>(0, 0.0, -1.0);
+            largest = norm(&self.z[1][..n]) / before;
+            let scale = 1.0 / norm(&self.z[1][..n]).max(f32::MIN_POSITIVE);
+            self.z[1][..n].iter_mut().for_each(|z| *z *= scale);
             self.z.swap(0, 1);
         }
         // eight nodes meet in a cell, so eight bounds it whatever happens
@@ -141,45 +167,51 @@ impl Level {
     }
 
     /// x = z_0 = weight D^-1 r.
-    pub fn start(&mut self, weight: f32) {
-        let (padded, inverse, r, size) = (&self.padded, &self.inverse, components(&self.r), self.piece());
+    pub fn start<const COLUMNS: usize>(&mut self, weight: f32) {
+        let (padded, inverse, size) = (&self.padded, &self.inverse, self.strip());
+        let r = columns(&self.r, 3 * padded.len()).map(components);
         let [z, _] = &mut self.z;
-        pieces(padded, z, size).zip(pieces(padded, &mut self.x, size)).enumerate().for_each(|(i, (mut z, mut x))| {
-            let start = padded.base() + i * size;
-            let r = r.map(|r| &r[start..start + z[0].len()]);
-            z.iter_mut().for_each(|z| z.fill(0.0));
-            combine(inverse, start, 0.0, weight, r, None, &mut z);
-            x.iter_mut().zip(&z).for_each(|(x, z)| x.copy_from_slice(z));
+        for_each_strip(padded, [z, &mut self.x], size, |start, [mut z, mut x]: [Piece<f32, COLUMNS>; 2]| {
+            let count = z[0][0].len();
+            z.iter_mut().flatten().for_each(|z| z.fill(0.0));
+            let r = r.map(|r| r.map(|r| &r[start..start + count]));
+            combine(inverse, start, 0.0, weight, r, r, &mut z);
+            x.iter_mut().flatten().zip(z.iter().flatten()).for_each(|(x, z)| x.copy_from_slice(z));
         });
     }
 
     /// r -= A z_from and z_to = keep z_from + weight D^-1 r.
-    pub fn descend(&mut self, from: usize, keep: f32, weight: f32) {
-        let (padded, inverse, held, size) = (&self.padded, &self.inverse, &self.held, self.piece());
+    pub fn descend<const COLUMNS: usize>(&mut self, from: usize, keep: f32, weight: f32) {
+        let (padded, inverse, held, size) = (&self.padded, &self.inverse, &self.held, self.strip());
         let [first, second] = &mut self.z;
         let (old, new) = if from == 0 { (&*first, second) } else { (&*second, first) };
-        let operator = &self.operator;
-        pieces(padded, new, size).zip(pieces(padded, &mut self.r, size)).enumerate().for_each(|(i, (mut z, mut r))| {
-            let start = padded.base() + i * size;
-            product(operator, padded, old, start, i, &mut z);
-            for (r, z) in r.iter_mut().zip(&z) {
+        let (operator, old) = (&self.operator, columns(old, 3 * padded.len()));
+        for_each_strip(padded, [new, &mut self.r], size, |start, [mut z, mut r]: [Piece<f32, COLUMNS>; 2]| {
+            let count = z[0][0].len();
+            match operator {
+                Operator::Bars(bars) => {
+                    z.iter_mut().zip(old).for_each(|(z, old)| bars.product(padded, old, start, z));
+                }
+                Operator::Blocks(blocks) => blocks.product(old, start, &mut z),
+            }
+            for (r, z) in r.iter_mut().flatten().zip(z.iter().flatten()) {
                 r.iter_mut().zip(z.iter()).for_each(|(r, z)| *r -= z);
             }
-            held.clear(start, &mut r);
+            r.iter_mut().for_each(|r| held.clear(start, r));
             if keep != 0.0 || weight != 0.0 {
-                let old = components(old).map(|old| &old[start..start + z[0].len()]);
-                combine(inverse, start, keep, weight, [&*r[0], &*r[1], &*r[2]], Some(old), &mut z);
+                let old = old.map(|old| components(old).map(|old| &old[start..start + count]));
+                let r = r.each_ref().map(|r| r.each_ref().map(|r| &**r));
+                combine(inverse, start, keep, weight, r, old, &mut z);
             }
         });
     }
 
     /// x += z.
-    pub fn advance(&mut self, which: usize) {
-        let (padded, size) = (&self.padded, self.piece());
-        let z = components(&self.z[which]);
-        pieces(padded, &mut self.x, size).enumerate().for_each(|(i, x)| {
-            let start = padded.base() + i * size;
-            for (x, z) in x.into_iter().zip(z) {
+    pub fn advance<const COLUMNS: usize>(&mut self, which: usize) {
+        let (padded, size) = (&self.padded, self.strip());
+        let z = columns::<_, COLUMNS>(&self.z[which], 3 * padded.len()).map(components);
+        for_each_strip(padded, [&mut self.x], size, |start, [x]: [Piece<f32, COLUMNS>; 1]| {
+            for (x, z) in x.into_iter().flatten().zip(z.iter().flatten()) {
                 x.iter_mut().zip(&z[start..]).for_each(|(x, z)| *x += z);
             }
         });
@@ -191,44 +223,35 @@ impl Level {
             Operator::Bars(bars) => 4 * (bars.positions.len() + bars.coefficients.len()),
             Operator::Blocks(blocks) => blocks.bytes(),
         };
-        operator + 4 * 6 * self.x.len() + self.free.len() + self.held.bytes()
+        operator + 4 * (2 * self.inverse[0].len() + 4 * self.x.len()) + self.free.len() + self.held.bytes()
     }
 }
 
-/// A v on one piece.
-fn product(operator: &Operator, padded: &Padded, v: &[f32], start: usize, piece: usize, out: &mut [&mut [f32]; 3]) {
-    match operator {
-        Operator::Bars(bars) => bars.product(padded, v, start, out),
-        Operator::Blocks(blocks) => blocks.product(v, piece, out),
-    }
-}
-
-/// z = keep old + weight D^-1 r on a piece.
-#[allow(clippy::too_many_arguments)]
-fn combine(
+/// z = keep old + weight D^-1 r on a piece of some columns.
+fn combine<const COLUMNS: usize>(
     inverse: &[Vec<f32>; 2],
     start: usize,
     keep: f32,
     weight: f32,
-    r: [&[f32]; 3],
-    old: Option<[&[f32]; 3]>,
-    z: &mut [&mut [f32]; 3],
+    r: [[&[f32]; 3]; COLUMNS],
+    old: [[&[f32]; 3]; COLUMNS],
+    z: &mut Piece<f32, COLUMNS>,
 ) {
     pulp::Arch::new().dispatch(
         #[inline(always)]
         || {
-            let count = z[0].len();
+            let count = z[0][0].len();
             let d: [&[f32]; 6] = std::array::from_fn(|e| &components(&inverse[e / 3])[e % 3][start..start + count]);
-            let r = r.map(|r| &r[..count]);
-            for (out, [a, b, c]) in z.iter_mut().zip([[0, 3, 4], [3, 1, 5], [4, 5, 2]]) {
-                let out = &mut out[..count];
-                for p in 0..count {
-                    out[p] = weight * (d[a][p] * r[0][p] + d[b][p] * r[1][p] + d[c][p] * r[2][p]);
-                }
-            }
-            if let Some(old) = old.filter(|_| keep != 0.0) {
-                for (out, old) in z.iter_mut().zip(old) {
-                    out.iter_mut().zip(old).for_each(|(out, old)| *out += keep * old);
+            for ((z, r), old) in z.iter_mut().zip(r).zip(old) {
+                let r = r.map(|r| &r[..count]);
+                for ((out, old), [a, b, c]) in z.iter_mut().zip(old).zip([[0, 3, 4], [3, 1, 5], [4, 5, 2]]) {
+                    let out = &mut out[..count];
+                    for p in 0..count {
+                        out[p] = weight * (d[a][p] * r[0][p] + d[b][p] * r[1][p] + d[c][p] * r[2][p]);
+                    }
+                    if keep != 0.0 {
+                        out.iter_mut().zip(old).for_each(|(out, old)| *out += keep * old);
+                    }
                 }
             }
         },

@@ -126,6 +126,11 @@ pub fn components_mut<T>(v: &mut [T]) -> [&mut [T]; 3] {
     [x, y, z]
 }
 
+/// The first columns, of n numbers each, of at least so many.
+pub fn columns<T, const COLUMNS: usize>(v: &[T], n: usize) -> [&[T]; COLUMNS] {
+    std::array::from_fn(|column| &v[column * n..(column + 1) * n])
+}
+
 /// The body of a vector cut into pieces of `size` places (the last may be shorter), three components each.
 pub fn pieces<'a, T: Send>(
     padded: &Padded,
@@ -136,6 +141,87 @@ pub fn pieces<'a, T: Send>(
     let [x, y, z] = components_mut(v);
     let cut = |component: &'a mut [T]| component[body.clone()].par_chunks_mut(size);
     (cut(x), cut(y), cut(z)).into_par_iter().map(|(x, y, z)| [x, y, z])
+}
+
+/// A piece of some columns: three components of each.
+pub type Piece<'a, T, const COLUMNS: usize> = [[&'a mut [T]; 3]; COLUMNS];
+
+/// Cuts the bodies of vectors, each of some columns one after the other, into strips of about `size` places of one plane,
+/// and has `work` done with the first place of every strip and the part of every vector in it, on all threads.
+///
+/// A stencil reads three planes around a strip. So that they are still in the cache, a task takes the same strip of
+/// [`PLANES`] planes one after the other, and then the next one.
+pub fn for_each_strip<T: Send, const VECTORS: usize, const COLUMNS: usize>(
+    padded: &Padded,
+    vectors: [&mut [T]; VECTORS],
+    size: usize,
+    work: impl Fn(usize, [Piece<T, COLUMNS>; VECTORS]) + Sync,
+) {
+    let bodies = vectors.map(|vector| {
+        let mut columns = vector.chunks_exact_mut(3 * padded.len());
+        [(); COLUMNS].map(|()| components_mut(columns.next().expect("a column")).map(|c| &mut c[padded.body()]))
+    });
+    // strips of even length, whole registers
+    let size = padded.plane.div_ceil(padded.plane.div_ceil(size)).next_multiple_of(SPARE);
+    let planes = if padded.extents[0] > PLANES { PLANES } else { 1 };
+    halve(padded.base, &Cut { plane: padded.plane, planes, size }, bodies, &work);
+}
+
+/// Planes of a task, at most; a grid with fewer is cut plane by plane.
+const PLANES: usize = 12;
+
+/// Strips of a task that has one plane.
+const STRIPS: usize = 4;
+
+/// How bodies are cut.
+struct Cut {
+    plane: usize,
+    planes: usize,
+    size: usize,
+}
+
+/// Does the work of all strips of a part of the bodies that begins at a place, in halves.
+fn halve<T: Send, const VECTORS: usize, const COLUMNS: usize>(
+    start: usize,
+    cut: &Cut,
+    mut low: [Piece<T, COLUMNS>; VECTORS],
+    work: &(impl Fn(usize, [Piece<T, COLUMNS>; VECTORS]) + Sync),
+) {
+    let count = low[0][0][0].len();
+    let unit = if count > cut.plane { cut.plane } else { cut.size };
+    if count <= cut.planes * cut.plane && (count > cut.plane || count <= STRIPS * cut.size) {
+        return in_turn(start, cut, low, work);
+    }
+    let middle = count.div_ceil(unit).div_ceil(2) * unit;
+    let high = low.each_mut().map(|vector| {
+        vector.each_mut().map(|column| {
+            column.each_mut().map(|component| {
+                let (before, after) = std::mem::take(component).split_at_mut(middle);
+                *component = before;
+                after
+            })
+        })
+    });
+    rayon::join(|| halve(start, cut, low, work), || halve(start + middle, cut, high, work));
+}
+
+/// Does the work of the strips of a few planes: one strip of all planes, then the next.
+fn in_turn<T, const VECTORS: usize, const COLUMNS: usize>(
+    start: usize,
+    cut: &Cut,
+    mut bodies: [Piece<T, COLUMNS>; VECTORS],
+    work: &impl Fn(usize, [Piece<T, COLUMNS>; VECTORS]),
+) {
+    let count = bodies[0][0][0].len();
+    for within in (0..count.min(cut.plane)).step_by(cut.size) {
+        for plane in (0..count).step_by(cut.plane) {
+            let strip = plane + within..(plane + (within + cut.size).min(cut.plane)).min(count);
+            let parts = bodies
+                .each_mut()
+                .map(|vector| vector.each_mut().map(|column| column.each_mut().map(|part| &mut part[strip.clone()])));
+            work(start + strip.start, parts);
+        }
+    }
 }
 
 /// Components that cannot move, as places in ascending order with the component: 4 p + c.
