@@ -325,6 +325,20 @@ fn a_body_that_is_too_hard_is_an_error_after_a_bounded_number_of_iterations() {
     assert!(matches!(error, Error::Inaccurate { .. }), "{error}");
 }
 
+/// Edges alone are a mechanism: u grows until its rounding is as large as the load, with a backward error of 1e-16.
+#[test]
+fn a_network_without_stiffness_is_an_error_and_no_huge_displacement() {
+    for body in [cube(9), torus(17, 9)] {
+        let mut solver = body.solver();
+        for phi in [[1000.0, 0.0, 0.0], [0.0, 0.0, 700.0], [0.0; 3]] {
+            solver.set(&phi);
+            let mut u = vec![0.0; body.dofs.len()];
+            let found = solver.solve(&body.loads(), &mut u, 1e-10);
+            assert!(matches!(found, Err(Error::Inaccurate { .. })), "{phi:?}: {found:?}, |u| = {:e}", largest(&u));
+        }
+    }
+}
+
 #[test]
 fn what_is_no_stencil_is_refused() {
     let tiny = body(&[3, 3, 3], |x| x, |index| [index[0] == 0; 3]);
