@@ -36,7 +36,7 @@ struct Product<'a, 'b, T> {
 }
 
 macro_rules! product {
-    ($real:ident, $lanes:ident, $view:ident, $store:ident, $minus:ident, $times:ident, $plus:ident, $all:ident) => {
+    ($real:ident, $reals:ident, $lanes:ident, $view:ident, $store:ident, $minus:ident, $times:ident, $plus:ident, $all:ident) => {
         impl Bars<$real> {
             /// out = K u on the places from `start`; `u` is a whole vector, `out` a piece of one. Held components are
             /// not looked at.
@@ -54,33 +54,49 @@ macro_rules! product {
                 let Self { bars, padded, u, start, out } = self;
                 let (x, u) = (components(&bars.positions), components(u));
                 let (len, count) = (padded.len(), out[0].len());
-                let take = |v: &[$real], p: usize| S::$view(&v[p..p + S::$lanes]).0[0];
                 for first in (0..count).step_by(S::$lanes) {
                     let p = start + first;
-                    let (xp, up) = (x.map(|x| take(x, p)), u.map(|u| take(u, p)));
+                    let (xp, up) = (three::<S>(&x, p), three::<S>(&u, p));
                     let mut sum = [simd.$all(0.0); 3];
                     for (o, &offset) in padded.forward().iter().enumerate() {
                         let (step, c) = (padded.step(offset), &bars.coefficients[o * len..(o + 1) * len]);
-                        for (q, c) in [(p + step, take(c, p)), (p - step, take(c, p - step))] {
-                            let d: [_; 3] = std::array::from_fn(|a| simd.$minus(xp[a], take(x[a], q)));
-                            let e: [_; 3] = std::array::from_fn(|a| simd.$minus(up[a], take(u[a], q)));
+                        for (q, c) in [(p + step, take::<S>(c, p)), (p - step, take::<S>(c, p - step))] {
+                            let d = difference(simd, xp, three::<S>(&x, q));
+                            let e = difference(simd, up, three::<S>(&u, q));
                             let along = simd.$plus(d[2], e[2], simd.$plus(d[1], e[1], simd.$times(d[0], e[0])));
                             let pull = simd.$times(c, along);
-                            sum = [0, 1, 2].map(|a| simd.$plus(pull, d[a], sum[a]));
+                            for a in 0..3 {
+                                sum[a] = simd.$plus(pull, d[a], sum[a]);
+                            }
                         }
                     }
                     let last = S::$lanes.min(count - first);
-                    for (out, sum) in out.iter_mut().zip(sum) {
-                        simd.$store(&mut out[first..first + last], sum);
+                    for a in 0..3 {
+                        simd.$store(&mut out[a][first..first + last], sum[a]);
                     }
+                }
+                // what computes is inlined always: outside of the dispatched function it would not have the wide registers
+                /// A register full of numbers.
+                #[inline(always)]
+                fn take<S: Simd>(v: &[$real], p: usize) -> S::$reals {
+                    S::$view(&v[p..p + S::$lanes]).0[0]
+                }
+                /// The same of three components.
+                #[inline(always)]
+                fn three<S: Simd>(v: &[&[$real]; 3], p: usize) -> [S::$reals; 3] {
+                    [take::<S>(v[0], p), take::<S>(v[1], p), take::<S>(v[2], p)]
+                }
+                #[inline(always)]
+                fn difference<S: Simd>(simd: S, a: [S::$reals; 3], b: [S::$reals; 3]) -> [S::$reals; 3] {
+                    [simd.$minus(a[0], b[0]), simd.$minus(a[1], b[1]), simd.$minus(a[2], b[2])]
                 }
             }
         }
     };
 }
 
-product!(f64, F64_LANES, as_simd_f64s, partial_store_f64s, sub_f64s, mul_f64s, mul_add_e_f64s, splat_f64s);
-product!(f32, F32_LANES, as_simd_f32s, partial_store_f32s, sub_f32s, mul_f32s, mul_add_e_f32s, splat_f32s);
+product!(f64, f64s, F64_LANES, as_simd_f64s, partial_store_f64s, sub_f64s, mul_f64s, mul_add_e_f64s, splat_f64s);
+product!(f32, f32s, F32_LANES, as_simd_f32s, partial_store_f32s, sub_f32s, mul_f32s, mul_add_e_f32s, splat_f32s);
 
 impl Bars<f32> {
     /// The diagonal blocks sum_s c D D^T on the places from `start`: `straight` takes xx, yy, zz, `mixed` xy, xz, yz.

@@ -137,15 +137,23 @@ fn add_block<S: Simd, const COLUMNS: usize, const TRANSPOSED: bool>(
     place: usize,
     sum: &mut [[S::f32s; 3]; COLUMNS],
 ) {
-    let take = |v: &[f32], p: usize| S::as_simd_f32s(&v[p..p + S::F32_LANES]).0[0];
-    let b: [S::f32s; ENTRIES] = std::array::from_fn(|entry| take(from, entry * size));
-    for k in 0..COLUMNS {
-        let u = u[k].map(|u| take(u, place));
-        for r in 0..3 {
-            for c in 0..3 {
+    let mut b = [simd.splat_f32s(0.0); ENTRIES];
+    for (entry, b) in b.iter_mut().enumerate() {
+        *b = take::<S>(from, entry * size);
+    }
+    for (sum, u) in sum.iter_mut().zip(u) {
+        let u = [take::<S>(u[0], place), take::<S>(u[1], place), take::<S>(u[2], place)];
+        for (r, sum) in sum.iter_mut().enumerate() {
+            for (c, u) in u.into_iter().enumerate() {
                 let entry = if TRANSPOSED { 3 * c + r } else { 3 * r + c };
-                sum[k][r] = simd.mul_add_e_f32s(b[entry], u[c], sum[k][r]);
+                *sum = simd.mul_add_e_f32s(b[entry], u, *sum);
             }
         }
     }
+}
+
+/// A register full of numbers. Inlined always: outside of the dispatched function it would not have the wide registers.
+#[inline(always)]
+fn take<S: Simd>(v: &[f32], p: usize) -> S::f32s {
+    S::as_simd_f32s(&v[p..p + S::F32_LANES]).0[0]
 }
