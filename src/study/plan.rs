@@ -122,6 +122,7 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     let (optimiser, settings) = fit::optimiser(&scene)?;
     let Cost { reference, springs, bytes: memory_bytes, seconds } =
         Cost::of(&scene, &body, &lattice, (optimiser, &settings), [fitted(&loads), loads.len()], &distinct)?;
+    let [reference, springs] = [reference.factor_entries, springs.factor_entries];
     Allowance::of(&scene)?.admit("all of it", memory_bytes as f64)?;
     limits::time(&scene, seconds)?;
     let finest = groupings.iter().map(|g| g.groups.len()).max().unwrap_or(0);
@@ -132,10 +133,10 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
         sizes: Sizes::of(&body, &lattice, groups),
         sweep: gammas.into_iter().zip(groupings.iter().map(|g| g.groups.len())).collect(),
         problems,
-        factor_entries: [reference.factor_entries, springs.factor_entries],
+        factor_entries: [reference, springs],
         memory_bytes,
         seconds,
-        steps: steps(&scene, body.method, fitted(&loads), loads.len(), problems),
+        steps: steps(&scene, body.method, [reference, springs], [fitted(&loads), loads.len()], problems),
         warnings: body
             .warnings
             .iter()
@@ -306,7 +307,13 @@ impl SpringCost {
     }
 }
 
-fn steps(scene: &Scene, method: &Method, fitted: usize, cases: usize, problems: usize) -> Vec<String> {
+fn steps(
+    scene: &Scene,
+    method: &Method,
+    factor_entries: [usize; 2],
+    [fitted, cases]: [usize; 2],
+    problems: usize,
+) -> Vec<String> {
     let dynamics = match &scene.dynamics {
         None => "no masses, no damping: the scene has no [dynamics]".to_owned(),
         Some(dynamics) => motion::announce(dynamics, scene.reference.kinematics),
@@ -315,18 +322,18 @@ fn steps(scene: &Scene, method: &Method, fitted: usize, cases: usize, problems: 
         .converged
         .as_ref()
         .map(|finer| format!("converged reference: {} halving(s), {} elevation(s)", finer.halvings, finer.elevations));
+    let [reference, springs] = factor_entries.map(|entries| entries > 0);
+    let reference = if reference { "one factorisation" } else { "conjugate gradients without a matrix" };
+    let springs = if springs { "one analysis of their matrix" } else { "multigrid without a matrix" };
     let mut steps = vec![
         match large::is_asked(scene) {
             true => format!(
                 "reference: {} with {cases} load case(s), each in {} steps of the load by Newton's method",
                 method.name, scene.reference.load_steps
             ),
-            false => format!("reference: {} with {cases} load case(s), one factorisation", method.name),
+            false => format!("reference: {} with {cases} load case(s), {reference}", method.name),
         },
-        format!(
-            "springs: topology \"{}\", grouping \"{}\", one analysis",
-            scene.springs.topology, scene.springs.grouping
-        ),
+        format!("springs: topology \"{}\", grouping \"{}\", {springs}", scene.springs.topology, scene.springs.grouping),
         format!(
             "calibration: {}, {} on {problems} problem(s), {fitted} fitted load case(s), {} held out",
             scene.calibration.objective,

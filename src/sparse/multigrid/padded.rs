@@ -150,7 +150,7 @@ pub type Piece<'a, T, const COLUMNS: usize> = [[&'a mut [T]; 3]; COLUMNS];
 /// and has `work` done with the first place of every strip and the part of every vector in it, on all threads.
 ///
 /// A stencil reads three planes around a strip. So that they are still in the cache, a task takes the same strip of
-/// [`PLANES`] planes one after the other, and then the next one.
+/// `PLANES` planes one after the other, and then the next one.
 pub fn for_each_strip<T: Send, const VECTORS: usize, const COLUMNS: usize>(
     padded: &Padded,
     vectors: [&mut [T]; VECTORS],

@@ -9,6 +9,8 @@
 //!
 //! and starts a new group otherwise. The groups are numbered from the shortest.
 
+use rayon::prelude::*;
+
 use crate::error::{Error, Result};
 
 use super::super::network::{Kind, Network};
@@ -70,9 +72,12 @@ impl Open {
 
 /// The descending sweep over some springs: the number of the group of each (from the shortest; 0 for the springs that
 /// do not take part), and how many groups there are.
-fn sweep(network: &Network, mut members: Vec<usize>, gamma: f64) -> (Vec<usize>, usize) {
-    members.sort_by(|&r, &s| network.springs[s].length.total_cmp(&network.springs[r].length).then(r.cmp(&s)));
-    let lengths: Vec<f64> = members.iter().map(|&s| network.springs[s].length).collect();
+fn sweep(network: &Network, members: Vec<usize>, gamma: f64) -> (Vec<usize>, usize) {
+    // a length is not negative, so its bits are in its order; flipped, the longest comes first
+    let key = |&s: &usize| (!network.springs[s].length.to_bits(), s);
+    let mut sorted: Vec<(u64, usize)> = members.par_iter().map(key).collect();
+    sorted.par_sort_unstable();
+    let lengths: Vec<f64> = sorted.iter().map(|(key, _)| f64::from_bits(!key)).collect();
     let mut from_longest = vec![0; lengths.len()];
     let mut groups = 0;
     let mut open = Open { longest: 0.0, sum: 0.0, count: 0 };
@@ -88,7 +93,7 @@ fn sweep(network: &Network, mut members: Vec<usize>, gamma: f64) -> (Vec<usize>,
         start = end;
     }
     let mut number = vec![0; network.springs.len()];
-    for (&s, &group) in members.iter().zip(&from_longest) {
+    for ((_, s), group) in sorted.into_iter().zip(from_longest) {
         number[s] = groups - group;
     }
     (number, groups)

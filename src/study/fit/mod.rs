@@ -6,8 +6,8 @@
 //!
 //! | file | idea |
 //! |---|---|
-//! | [`given`] | what a fit works on, and its steps |
-//! | [`calibration`] | what it found |
+//! | `given` | what a fit works on, and its steps |
+//! | `calibration` | what it found |
 
 mod calibration;
 mod given;
