@@ -61,7 +61,7 @@ fn differences(one: &Calibration, other: &Calibration, scale: f64) -> [f64; 2] {
 /// The error agrees up to the rounding of the solves; phi less well, since the error is flat where it is smallest: a
 /// relative change of it by the tolerance 1e-12 of the fit is one of phi by its square root.
 fn are_equal(given: Given, [e_rms, phi]: [f64; 2]) {
-    assert!(e_rms <= 1e-11, "{}: e_rms differs by {e_rms:e}", given.shape);
+    assert!(e_rms <= 1e-12, "{}: e_rms differs by {e_rms:e}", given.shape);
     assert!(phi <= 1e-5, "{}: phi differs by {phi:e}", given.shape);
 }
 

@@ -109,7 +109,7 @@ pub const HARD_CASES: [HardCase; 28] = [
         "factorisation_check",
     ),
     case("malformed files", "an error with the line; memory bounded by the file; no panic", "malformed_files"),
-    case("units", "phi scales with E, the error stays the same to 1e-11", "units"),
+    case("units", "phi scales with E, the error stays the same to 1e-12", "units"),
 ];
 
 /// The table in Markdown, as the README has it.
