@@ -285,7 +285,7 @@ impl SpringCost {
             _ => symbolic.factor_bytes(),
         };
         let surrogate = match optimiser.name {
-            "surrogate" => {
+            "surrogate" if surrogate::reduces(unknowns, fitted, most) => {
                 let basis = Galerkin::bytes(unknowns, springs, surrogate::capacity(fitted, most));
                 settings.chains * (basis + 8 * unknowns * surrogate::certified(fitted, most) + symbolic.factor_bytes())
             }

@@ -155,7 +155,12 @@ fn annealing_on_the_surrogate_finds_the_best_known_errors() {
                 found.stop
             );
             assert!(found.error <= 1.01 * known, "{shape}: {} of {known}", found.error);
-            assert!(found.counts.evaluations < 80 && found.counts.surrogate_evaluations > 200, "{:?}", found.counts);
+            // a basis is no reduction of the circle's 60 displacements: all its evaluations are exact ones
+            let (evaluations, walked) = (found.counts.evaluations, found.counts.surrogate_evaluations);
+            match shape {
+                "circle" => assert!(evaluations < 100 && walked == 0, "{:?}", found.counts),
+                _ => assert!(evaluations < 80 && walked > 200, "{:?}", found.counts),
+            }
             assert!(found.trace.windows(2).all(|w| w[0].error >= w[1].error && w[0].seconds <= w[1].seconds));
             let exact = Displacement::new(case.target()).error(&found.phi).expect("definite");
             assert!((exact / found.error - 1.0).abs() < 1e-11, "the answer is exact: {exact} {}", found.error);
