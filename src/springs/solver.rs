@@ -45,6 +45,9 @@ const DIRECT_BELOW: f64 = 2e8;
 /// Residual to which an estimate is solved.
 const ROUGHLY: f64 = 1e-2;
 
+/// Tolerance from which the direct path does not ask for rounding.
+const LOOSE: f64 = 1e-8;
+
 /// How K(phi) u = f is solved.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -358,7 +361,8 @@ impl<'a> SpringSolver<'a> {
 
     /// Solves K(phi) U = F for `forces.len() / n` columns, n the number of unknowns. `answers` holds guesses (such as the
     /// displacements at the phi before, or zeros) and takes the answers; after an error it holds zeros or nothing useful.
-    /// The direct path reads neither guesses nor `tolerance`, the largest |f - K u| / |f| of a column.
+    /// `tolerance` is the largest |f - K u| / |f| of a column. The direct path reads no guesses, and solves to rounding unless
+    /// the tolerance is loose (1e-8 or more).
     ///
     /// # Errors
     /// [`Error::NotPositiveDefinite`], or [`Error::Inaccurate`] when no path is accurate;
@@ -370,7 +374,8 @@ impl<'a> SpringSolver<'a> {
         assert_eq!(forces.len(), answers.len(), "as many answers as forces");
         assert_eq!(forces.len() % self.unknowns.max(1), 0, "whole columns");
         match &mut self.engine {
-            Engine::Direct { factor, .. } => factor.solve(forces, answers).map(|_| ()),
+            Engine::Direct { factor, .. } if tolerance < LOOSE => factor.solve(forces, answers).map(|_| ()),
+            Engine::Direct { factor, .. } => factor.solve_within(forces, answers, tolerance),
             Engine::Iterative { iterative, .. } => iterative.solve(forces, answers, tolerance),
             Engine::Multigrid { solver, work } => match solver.solve_columns(forces, answers, tolerance) {
                 Ok(report) => {

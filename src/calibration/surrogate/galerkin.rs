@@ -18,13 +18,17 @@ use std::borrow::Cow;
 
 use crate::calibration::objectives::displacement::Target;
 use crate::dense::gram_of_rows;
-use crate::sparse::vectors::{add, dot, norm, scale};
+use crate::sparse::vectors::{add, add_all, dot, dots, norm, scale};
 use crate::springs::members::Members;
 
 use super::packed;
 
 /// A column whose part outside the span is below this fraction of it is in the span.
 const IN_SPAN: f64 = 1e-10;
+
+/// A vector that keeps at least this part of its length is orthogonal to the basis to rounding (Kahan's and Parlett's
+/// criterion).
+const NEARLY_ALL: f64 = 0.7;
 
 /// The basis and the projected problem. Immutable while walkers use it.
 pub struct Galerkin<'a> {
@@ -115,25 +119,29 @@ impl<'a> Galerkin<'a> {
         self.rank() - before
     }
 
-    /// The normalised part of a column outside the span; orthogonalised until nothing more falls off.
+    /// The normalised part of a column outside the span. What falls off a vector of length 1 leaves rounding in the span,
+    /// as large against the rest as that is small: the vector is orthogonalised until nearly nothing falls off.
     fn outside(&self, column: &[f64]) -> Option<Vec<f64>> {
         let mut vector = column.to_vec();
         let mut left = norm(column);
         let smallest = IN_SPAN * left;
-        for _ in 0..3 {
+        let mut shares = vec![0.0; self.rank()];
+        let mut length = left;
+        loop {
             if left.is_nan() || left <= smallest {
                 return None;
             }
-            scale(1.0 / norm(&vector), &mut vector);
-            for j in 0..self.rank() {
-                let share = dot(self.vector(j), &vector);
-                add(-share, self.vector(j), &mut vector);
+            scale(1.0 / length, &mut vector);
+            dots(&self.vectors, &vector, &mut shares);
+            shares.iter_mut().for_each(|share| *share = -*share);
+            add_all(&shares, &self.vectors, &mut vector);
+            length = norm(&vector);
+            left *= length;
+            if length > NEARLY_ALL {
+                scale(1.0 / length, &mut vector);
+                return Some(vector);
             }
-            left *= norm(&vector);
         }
-        let after = norm(&vector);
-        scale(1.0 / after, &mut vector);
-        (left > smallest).then_some(vector)
     }
 
     fn append(&mut self, vector: &[f64]) {

@@ -2,19 +2,23 @@
 //!
 //! Column j of an r x r matrix holds rows j..r and begins at j r - j (j - 1) / 2. A weighted sum of such matrices is one
 //! pass over contiguous numbers, and the Cholesky factorisation below adds columns to columns. Nothing here allocates.
+//! The functions are compiled into their callers, so that a caller compiled for wide registers ([`widest`]) uses them here
+//! too; the order of every sum is the same.
 
 /// Numbers of an r x r triangle.
+#[inline(always)]
 pub fn len(r: usize) -> usize {
     r * (r + 1) / 2
 }
 
 /// Where column j begins.
+#[inline(always)]
 pub fn start(r: usize, j: usize) -> usize {
     j * (2 * r + 1 - j) / 2
 }
 
 /// out += factor * x.
-#[inline]
+#[inline(always)]
 pub fn add(factor: f64, x: &[f64], out: &mut [f64]) {
     for (out, x) in out.iter_mut().zip(x) {
         *out += factor * x;
@@ -22,7 +26,7 @@ pub fn add(factor: f64, x: &[f64], out: &mut [f64]) {
 }
 
 /// out += sum of factors[i] * x_i for four vectors at once: one pass over `out` instead of four.
-#[inline]
+#[inline(always)]
 fn add_four(factors: [f64; 4], x: [&[f64]; 4], out: &mut [f64]) {
     let n = out.len();
     let [a, b, c, d] = x.map(|x| &x[..n]);
@@ -32,6 +36,7 @@ fn add_four(factors: [f64; 4], x: [&[f64]; 4], out: &mut [f64]) {
 }
 
 /// out = sum over k of `factors[k] x[k]`, where the vectors x stand one after the other.
+#[inline(always)]
 pub fn combine(factors: &[f64], x: &[f64], out: &mut [f64]) {
     let n = out.len();
     out.fill(0.0);
@@ -46,7 +51,7 @@ pub fn combine(factors: &[f64], x: &[f64], out: &mut [f64]) {
 }
 
 /// Sum of products in eight interleaved partial sums, which the processor adds side by side.
-#[inline]
+#[inline(always)]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
@@ -58,6 +63,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// A = L L^T in place; the column of the first pivot that is not positive, if there is one.
+#[inline(always)]
 pub fn factor(a: &mut [f64], r: usize) -> Result<(), usize> {
     for j in 0..r {
         let (before, rest) = a.split_at_mut(start(r, j));
@@ -81,6 +87,7 @@ pub fn factor(a: &mut [f64], r: usize) -> Result<(), usize> {
 }
 
 /// L L^T x = b in place.
+#[inline(always)]
 pub fn solve(l: &[f64], r: usize, x: &mut [f64]) {
     for j in 0..r {
         let column = &l[start(r, j)..start(r, j + 1)];
@@ -95,6 +102,7 @@ pub fn solve(l: &[f64], r: usize, x: &mut [f64]) {
 }
 
 /// out = A x.
+#[inline(always)]
 pub fn multiply(a: &[f64], r: usize, x: &[f64], out: &mut [f64]) {
     out.fill(0.0);
     for j in 0..r {
@@ -102,6 +110,12 @@ pub fn multiply(a: &[f64], r: usize, x: &[f64], out: &mut [f64]) {
         add(x[j], column, &mut out[j..]);
         out[j] += dot(&column[1..], &x[j + 1..]);
     }
+}
+
+/// Runs work on such matrices with the widest registers of this machine.
+#[inline(always)]
+pub fn widest<R>(work: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(work)
 }
 
 #[cfg(test)]

@@ -133,14 +133,21 @@ impl Objective for Walker<'_> {
         if !self.inside {
             return Ok(f64::INFINITY);
         }
-        packed::combine(phi, &self.basis.stiffness, &mut self.factor);
-        if let Err(dof) = packed::factor(&mut self.factor, r) {
+        let solved = packed::widest(
+            #[inline(always)]
+            || {
+                packed::combine(phi, &self.basis.stiffness, &mut self.factor);
+                packed::factor(&mut self.factor, r)?;
+                for (y, forces) in self.solution.chunks_exact_mut(r).zip(&self.basis.forces) {
+                    y.copy_from_slice(forces);
+                    packed::solve(&self.factor, r, y);
+                }
+                Ok(())
+            },
+        );
+        if let Err(dof) = solved {
             self.inside = false;
             return Err(Error::NotPositiveDefinite { dof });
-        }
-        for (y, forces) in self.solution.chunks_exact_mut(r).zip(&self.basis.forces) {
-            y.copy_from_slice(forces);
-            packed::solve(&self.factor, r, y);
         }
         Ok(self.distance())
     }
@@ -182,8 +189,13 @@ impl Objective for Walker<'_> {
         let groups = jacobian.chunks_exact_mut(rows).zip(self.basis.stiffness.chunks_exact(packed::len(r)));
         for (column, stiffness) in groups {
             for (case, (into, y)) in column.chunks_exact_mut(r + 1).zip(self.solution.chunks_exact(r)).enumerate() {
-                packed::multiply(stiffness, r, y, &mut self.product);
-                packed::solve(&self.factor, r, &mut self.product);
+                packed::widest(
+                    #[inline(always)]
+                    || {
+                        packed::multiply(stiffness, r, y, &mut self.product);
+                        packed::solve(&self.factor, r, &mut self.product);
+                    },
+                );
                 let factor = -target.weights[case] / self.scale;
                 into.iter_mut().zip(&self.product).for_each(|(into, p)| *into = factor * p);
             }

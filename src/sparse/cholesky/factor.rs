@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra_sparse::CsrMatrix;
 
+use super::refinement::CHECKED_AT_ONCE;
 use super::symbolic::Symbolic;
 use crate::error::{Error, Result};
 use crate::sparse::multifrontal::{self, Workspace};
@@ -18,6 +19,8 @@ pub struct Factor {
     pub(super) right: Vec<f64>,
     pub(super) residual: Vec<f64>,
     pub(super) scale: Vec<f64>,
+    /// Solutions, residuals and scales of columns that are checked together, those of an unknown side by side.
+    pub(super) beside: [Vec<f64>; 3],
     work: Workspace<f64>,
     pub(super) sweep: Sweep<f64>,
 }
@@ -33,6 +36,7 @@ impl Factor {
             right: vec![0.0; n],
             residual: vec![0.0; n],
             scale: vec![0.0; n],
+            beside: std::array::from_fn(|_| vec![0.0; n * CHECKED_AT_ONCE]),
             work: Workspace::new(symbolic.plan()),
             sweep: Sweep::new(symbolic.plan(), symbolic.len()),
             symbolic,

@@ -11,7 +11,8 @@
 //! threads, and nobody waits for a thread of its own.
 //!
 //! Every solve is checked: the componentwise backward error of its result is measured, one step of iterative refinement
-//! follows where it is above [`REFINE_ABOVE`], and a result above [`ACCEPTED`] is an error, never a number.
+//! follows where it is above [`REFINE_ABOVE`], and a result above [`ACCEPTED`] is an error, never a number. Where less will
+//! do (the columns of a Jacobian), a small residual is enough ([`Factor::solve_within`]).
 
 #[cfg(test)]
 mod divided_tests;

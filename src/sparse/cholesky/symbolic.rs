@@ -7,6 +7,7 @@ use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::cholesky::{simplicial, supernodal};
 use nalgebra_sparse::CsrMatrix;
 
+use super::refinement::CHECKED_AT_ONCE;
 use crate::error::{Error, Result};
 use crate::sparse::multifrontal::{Division, Plan, Supernodes, Workspace};
 use crate::sparse::pattern::Pattern;
@@ -129,7 +130,7 @@ impl Symbolic {
 
     /// Bytes of one [`super::Factor`] on this pattern.
     pub fn factor_bytes(&self) -> usize {
-        8 * (self.factor_entries() + self.rows.len() + (3 + COLUMNS_AT_ONCE) * self.len())
+        8 * (self.factor_entries() + self.rows.len() + (3 + 3 * CHECKED_AT_ONCE + COLUMNS_AT_ONCE) * self.len())
             + Workspace::<f64>::bytes(&self.plan)
             + Sweep::<f64>::bytes(&self.plan, self.len())
     }

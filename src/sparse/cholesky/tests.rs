@@ -42,6 +42,34 @@ fn factored(symbolic: &Arc<Symbolic>, matrix: &CsrMatrix<f64>) -> Factor {
     factor
 }
 
+/// Right-hand sides of two whole sweeps and a part, so that checks of eight and of one column happen too.
+fn many_right_hand_sides(n: usize, count: usize) -> Vec<f64> {
+    (0..n * count).map(|i| (i as f64 * 0.37).cos() * (i as f64 * 0.011).exp()).collect()
+}
+
+#[test]
+fn a_column_has_the_same_bits_alone_and_among_others_loosely_and_exactly() {
+    let (pattern, matrix) = grid_matrix(17, 11, 0.7);
+    let n = pattern.len();
+    let order = ordering::minimum_degree(&pattern).expect("a small pattern");
+    let symbolic = Symbolic::analyse(&pattern, order).expect("a small pattern");
+    let mut factor = factored(&symbolic, &matrix);
+    for count in [2, 8, 9, 17] {
+        let b = many_right_hand_sides(n, count);
+        let [mut together, mut again, mut loose, mut strict] = std::array::from_fn(|_| vec![0.0; n * count]);
+        let worst = factor.solve(&b, &mut together).expect("solvable");
+        assert_eq!(factor.solve(&b, &mut again).expect("solvable").to_bits(), worst.to_bits());
+        assert_eq!(again, together);
+        assert!(worst <= REFINE_ABOVE, "{worst:e}");
+        factor.solve_within(&b, &mut loose, 1e-6).expect("solvable");
+        // a residual of zero is not to be had: all columns go the exact way
+        factor.solve_within(&b, &mut strict, 0.0).expect("solvable");
+        assert_eq!(strict, together);
+        let size = together.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        assert!(loose.iter().zip(&together).all(|(a, b)| (a - b).abs() <= 1e-12 * size));
+    }
+}
+
 #[test]
 fn both_orders_solve_many_columns_with_a_backward_error_of_rounding() {
     let (pattern, matrix) = grid_matrix(17, 11, 0.7);

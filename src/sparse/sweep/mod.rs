@@ -11,8 +11,6 @@
 mod columns;
 mod supernode;
 
-use faer::traits::pulp;
-
 use super::multifrontal::{Plan, Supernodes, Task, both};
 use columns::{Blocks, gather};
 pub use supernode::Entry;
@@ -26,7 +24,6 @@ pub struct Sweep<T> {
     /// X, the right-hand sides of an unknown together.
     rows: Vec<T>,
     tasks: Vec<Work<T>>,
-    simd: pulp::Arch,
 }
 
 /// Workspace of a task.
@@ -45,8 +42,6 @@ struct Job<'a, T> {
     factor: &'a [T],
     /// Right-hand sides.
     k: usize,
-    /// The widest registers of this machine; the order of sums is the same in all.
-    simd: pulp::Arch,
 }
 
 /// Numbers of a workspace: rows, and own, below and carry of a task.
@@ -63,7 +58,7 @@ impl<T: Entry> Sweep<T> {
         let (rows, [own, below], carry) = sizes(plan, n);
         let numbers = |count: usize| vec![T::default(); count];
         let work = |task| Work { carry: numbers(carry(task)), own: numbers(own), below: numbers(below) };
-        Self { rows: numbers(rows), tasks: plan.tasks.iter().map(work).collect(), simd: pulp::Arch::new() }
+        Self { rows: numbers(rows), tasks: plan.tasks.iter().map(work).collect() }
     }
 
     /// Bytes of this workspace.
@@ -93,7 +88,7 @@ impl<T: Entry> Sweep<T> {
     fn ways(&mut self, plan: &Plan, supernodes: &Supernodes, factor: &[T], columns: &mut [T], back: bool) {
         let n = supernodes.nrows().max(1);
         let (k, root) = (columns.len() / n, plan.tasks.len() - 1);
-        let job = Job { plan, supernodes, factor, k, simd: self.simd };
+        let job = Job { plan, supernodes, factor, k };
         let tasks = &mut self.tasks;
         let mut go = |rows: &mut [T]| {
             job.down(root, rows, tasks);
@@ -137,7 +132,7 @@ impl<T: Entry> Job<'_, T> {
             let mine = &mut x[(front.first - base) * k..][..front.width * k];
             let (inside, outside) = cut(supernode.pattern, end);
             if k == 1 {
-                self.simd.dispatch(|| supernode.down(mine, below));
+                supernode.down(mine, below);
                 let (to_inside, to_outside) = below.split_at(inside.len());
                 inside.iter().zip(to_inside).for_each(|(&row, value)| x[row as usize - base] += *value);
                 outside.iter().zip(to_outside).for_each(|(&row, value)| carry[row as usize] += *value);
@@ -170,7 +165,7 @@ impl<T: Entry> Job<'_, T> {
                 inside.iter().zip(from_inside).for_each(|(&row, value)| *value = x[row as usize - base]);
                 outside.iter().zip(from_outside).for_each(|(&row, value)| *value = carry[row as usize]);
                 let mine = &mut x[front.first - base..][..front.width];
-                self.simd.dispatch(|| supernode.up(mine, below));
+                supernode.up(mine, below);
                 continue;
             }
             let at = |i: usize| {

@@ -9,7 +9,8 @@
 //! ```
 //!
 //! [`PANEL`] columns are taken together, so that x is read and written once for all of them. The order of every sum
-//! is fixed. Everything is inlined, so that it can be compiled for the registers of the machine at hand.
+//! is fixed. Each way is one function of its own: compiled into the loops around it, or for wider registers, it was slower
+//! by a third on small fronts, and large ones come from memory.
 
 use std::ops::{Div, Mul, Sub, SubAssign};
 
@@ -47,7 +48,7 @@ impl<'a, T: Entry> Supernode<'a, T> {
     }
 
     /// Solves for its own unknowns; `below` becomes what those further on lose, negative.
-    #[inline(always)]
+    #[inline(never)]
     pub fn down(&self, own: &mut [T], below: &mut [T]) {
         below.fill(T::default());
         let mut j = 0;
@@ -63,7 +64,7 @@ impl<'a, T: Entry> Supernode<'a, T> {
     }
 
     /// Solves for its own unknowns with those further on in `below`.
-    #[inline(always)]
+    #[inline(never)]
     pub fn up(&self, own: &mut [T], below: &[T]) {
         let mut j = self.width;
         while j > 0 {
