@@ -89,9 +89,14 @@ pub trait Objective {
 
 /// Does `count` independent pieces of work, side by side or one after the other; results in their order.
 pub fn each<T: Send>(side_by_side: bool, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    each_of(side_by_side, (0..count).collect(), work)
+}
+
+/// The same for things that the work takes.
+pub fn each_of<I: Send, T: Send>(side_by_side: bool, things: Vec<I>, work: impl Fn(I) -> T + Sync) -> Vec<T> {
     match side_by_side {
-        true => (0..count).into_par_iter().map(&work).collect(),
-        false => (0..count).map(work).collect(),
+        true => things.into_par_iter().map(&work).collect(),
+        false => things.into_iter().map(work).collect(),
     }
 }
 
