@@ -105,7 +105,7 @@ pub const HARD_CASES: [HardCase; 28] = [
     case("threads", "the same bits for any number of threads", "threads"),
     case(
         "factorisation check",
-        "every solve is measured; f32 falls back to f64; what stays above 1e-10 is an error",
+        "every solve is measured; f32 falls back to f64; displacements that stay above 1e-10 are an error",
         "factorisation_check",
     ),
     case("malformed files", "an error with the line; memory bounded by the file; no panic", "malformed_files"),

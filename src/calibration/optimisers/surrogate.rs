@@ -25,9 +25,8 @@
 //!
 //! On a body so small that a full basis is no reduction ([`reduces`]) there is nothing to gain from one: the network itself
 //! takes its place, in one chain that walks the steps of one round and then goes down ([`hybrid`]). All evaluations are
-//! exact then, and none is counted as one of a surrogate. On the circle with 16 groups (60 displacements, 34 columns) an
-//! exact evaluation costs 9 us; one on 16 to 32 columns costs 1.2 to 4.5 us in a walk and 10 to 25 us in a descent, with
-//! its derivatives, and rounds on a basis took twice as long as this does.
+//! exact then, and none is counted as one of a surrogate. On the circle with 16 groups (60 displacements, 34 columns) rounds
+//! on a basis took twice as long as this does.
 
 use crate::calibration::objective::{Counts, Objective, Problem, each, each_of};
 use crate::calibration::objectives::displacement::{Displacement, Target};
