@@ -214,6 +214,20 @@ fn bench_measures_with_the_error_beside_the_time() {
         assert!(text.contains(variant), "{text}");
     }
     assert!(folder.path().join("bench-calibrate.svg").exists());
+    // the chains of the scene are those of every variant that does not say another number
+    let short = ["--set", "calibration.annealing.evaluations=40", "--set", "calibration.gamma=0.1"];
+    let (_, json, _) = call(&[["bench", "calibrate", SQUARE, "--json"].as_slice(), &short].concat());
+    let rows: Value = serde_json::from_str(&json).unwrap();
+    for optimiser in ["hybrid", "surrogate"] {
+        let choice = format!("calibration.optimiser=\"{optimiser}\"");
+        let run = ["run", SQUARE, "--out", out, "--set", &choice];
+        assert_eq!(call(&[run.as_slice(), &short].concat()).0, 0);
+        let result = std::fs::read_to_string(folder.path().join("result.json")).unwrap();
+        let counts = serde_json::from_str::<Value>(&result).unwrap()["calibration"]["counts"].clone();
+        let mut rows = rows["rows"].as_array().unwrap().iter();
+        let row = rows.find(|row| row["variant"].as_str().unwrap().ends_with(optimiser)).unwrap();
+        assert_eq!((&row["evaluations"], &row["solves"]), (&counts["evaluations"], &counts["solves"]), "{optimiser}");
+    }
 
     let (status, json, message) =
         call(&["bench", "growth", "--sizes", "4,5", "--direct-up-to", "4", "--threads", "1", "--json", "--out", out]);

@@ -92,8 +92,10 @@ pub fn run(scene: &Scene, progress: &Progress) -> Result<Vec<Row>> {
     let mut rows = vec![row(&VARIANTS[0], &study.calibration)];
     let Study { body, loads, reference, lattice, .. } = &study;
     let possible = |variant: &&Variant| variant.name != SURROGATE || lattice.symbolic.is_some();
+    // the first variant has changed what the scene says about chains
+    let told = Scene { calibration: scene.calibration, ..study.scene.clone() };
     for variant in VARIANTS[1..].iter().filter(possible) {
-        let scene = changed(&study.scene, variant);
+        let scene = changed(&told, variant);
         let given = Given { scene: &scene, body, loads, reference, lattice };
         rows.push(row(variant, &fit::calibrate(given, progress, &Checkpoint::none())?));
     }
