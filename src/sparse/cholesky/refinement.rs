@@ -22,8 +22,8 @@ impl Factor {
         self.solve_and_check(b, x, None)
     }
 
-    /// The same where a relative residual |b - A x| / |b| of `tolerance` is enough: columns that have it are neither refined
-    /// nor measured further, which for many columns takes half the time.
+    /// The same where a relative residual |b - A x| / |b| of `tolerance` is enough: where all columns that are checked together
+    /// have it, they are neither refined nor measured further, which for many columns takes half the time.
     ///
     /// # Errors
     /// As [`Factor::solve`].
