@@ -219,6 +219,15 @@ fn with_avx2(kernel: impl Kernel) {
     kernel.run::<AVX2>();
 }
 
+/// Runs plain loops with the widest registers of this machine: whatever is inlined into `work` is compiled for each kind. The
+/// closure has to be marked `#[inline(always)]`. It is taken as `FnOnce` here because one that is handed to
+/// `pulp::Arch::dispatch` as it is may be called through a shim that is compiled for no wide registers at all (measured: half
+/// the speed).
+#[inline(always)]
+pub(crate) fn dispatch<R>(work: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(work)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -7,6 +7,8 @@
 //! is the smallest relative change of the entries of A and b that makes x exact (W. Oettli and W. Prager, Numer. Math. 6,
 //! 1964). Around 1e-16 nothing better can be had in f64; times the condition number it bounds the relative error of x.
 
+use crate::lanes::dispatch;
+
 /// The lower triangle (diagonal included) of a symmetric matrix in compressed columns, rows ascending: the diagonal
 /// entry comes first in its column.
 #[derive(Debug, Clone, Copy)]
@@ -72,7 +74,7 @@ pub fn relative_residuals<const K: usize>(lower: Lower, x: &[[f64; K]], residual
 /// Several right-hand sides fill wide registers; the scattered numbers of one do not.
 #[inline(always)]
 fn widest<const K: usize, R>(work: impl FnOnce() -> R) -> R {
-    if K == 1 { work() } else { pulp::Arch::new().dispatch(work) }
+    if K == 1 { work() } else { dispatch(work) }
 }
 
 #[inline(always)]

@@ -7,6 +7,8 @@
 
 use rayon::prelude::*;
 
+use crate::lanes::dispatch;
+
 /// Lanes of a sum of products: enough for the widest registers, fixed so that the order of the sum is.
 const LANES: usize = 16;
 
@@ -44,7 +46,7 @@ fn sum(a: &[f64], b: &[f64], of: impl Fn(f64, f64) -> f64 + Sync) -> f64 {
 }
 
 fn sum_of_piece(a: &[f64], b: &[f64], of: &impl Fn(f64, f64) -> f64) -> f64 {
-    widest(
+    dispatch(
         #[inline(always)]
         || sum_in_lanes(a, b, of),
     )
@@ -87,7 +89,7 @@ fn four_dots(columns: &[f64], x: &[f64]) -> [f64; 4] {
     let n = x.len();
     let of_piece = |(piece, x): (usize, &[f64])| {
         let columns: [&[f64]; 4] = std::array::from_fn(|j| &columns[j * n + piece * PIECE..][..x.len()]);
-        widest(
+        dispatch(
             #[inline(always)]
             || four_dots_of_piece(columns, x),
         )
@@ -138,7 +140,7 @@ fn add_four(factors: [f64; 4], columns: &[f64], y: &mut [f64]) {
     let n = y.len();
     let of_piece = |(piece, y): (usize, &mut [f64])| {
         let [a, b, c, d]: [&[f64]; 4] = std::array::from_fn(|j| &columns[j * n + piece * PIECE..][..y.len()]);
-        widest(
+        dispatch(
             #[inline(always)]
             || {
                 for (i, y) in y.iter_mut().enumerate() {
@@ -169,7 +171,7 @@ pub fn turn(x: &[f64], factor: f64, y: &mut [f64]) {
 /// x *= factor.
 pub fn scale(factor: f64, x: &mut [f64]) {
     let piece = |x: &mut [f64]| {
-        widest(
+        dispatch(
             #[inline(always)]
             || {
                 for x in x.iter_mut() {
@@ -185,7 +187,7 @@ pub fn scale(factor: f64, x: &mut [f64]) {
 fn for_each(x: &[f64], y: &mut [f64], update: impl Fn(&f64, &mut f64) + Sync) {
     assert_eq!(x.len(), y.len(), "vectors of one length");
     let piece = |x: &[f64], y: &mut [f64]| {
-        widest(
+        dispatch(
             #[inline(always)]
             || {
                 for (x, y) in x.iter().zip(y) {
@@ -198,12 +200,6 @@ fn for_each(x: &[f64], y: &mut [f64], update: impl Fn(&f64, &mut f64) + Sync) {
         return piece(x, y);
     }
     x.par_chunks(PIECE).zip(y.par_chunks_mut(PIECE)).for_each(|(x, y)| piece(x, y));
-}
-
-/// Runs a loop with the widest registers of this machine.
-#[inline(always)]
-fn widest<R>(work: impl FnOnce() -> R) -> R {
-    pulp::Arch::new().dispatch(work)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //!
 //! Column j of an r x r matrix holds rows j..r and begins at j r - j (j - 1) / 2. A weighted sum of such matrices is one
 //! pass over contiguous numbers, and the Cholesky factorisation below adds columns to columns. Nothing here allocates.
-//! The functions are compiled into their callers, so that a caller compiled for wide registers ([`widest`]) uses them here
+//! The functions are compiled into their callers, so that a caller compiled for wide registers (`lanes::dispatch`) uses them here
 //! too; the order of every sum is the same.
 
 /// Numbers of an r x r triangle.
@@ -110,12 +110,6 @@ pub fn multiply(a: &[f64], r: usize, x: &[f64], out: &mut [f64]) {
         add(x[j], column, &mut out[j..]);
         out[j] += dot(&column[1..], &x[j + 1..]);
     }
-}
-
-/// Runs work on such matrices with the widest registers of this machine.
-#[inline(always)]
-pub fn widest<R>(work: impl FnOnce() -> R) -> R {
-    pulp::Arch::new().dispatch(work)
 }
 
 #[cfg(test)]

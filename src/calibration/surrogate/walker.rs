@@ -11,6 +11,7 @@
 use crate::calibration::objective::{Counts, Objective};
 use crate::dense::dot;
 use crate::error::{Error, Result};
+use crate::lanes::dispatch;
 
 use super::certificate::{Bound, Certificate};
 use super::galerkin::Galerkin;
@@ -133,7 +134,7 @@ impl Objective for Walker<'_> {
         if !self.inside {
             return Ok(f64::INFINITY);
         }
-        let solved = packed::widest(
+        let solved = dispatch(
             #[inline(always)]
             || {
                 packed::combine(phi, &self.basis.stiffness, &mut self.factor);
@@ -189,7 +190,7 @@ impl Objective for Walker<'_> {
         let groups = jacobian.chunks_exact_mut(rows).zip(self.basis.stiffness.chunks_exact(packed::len(r)));
         for (column, stiffness) in groups {
             for (case, (into, y)) in column.chunks_exact_mut(r + 1).zip(self.solution.chunks_exact(r)).enumerate() {
-                packed::widest(
+                dispatch(
                     #[inline(always)]
                     || {
                         packed::multiply(stiffness, r, y, &mut self.product);
