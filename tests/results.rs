@@ -31,6 +31,7 @@ const REFERENCE: &[&str] = &[
     "compliance",
     "u_max",
     "u_norm2",
+    "cases",
     "stiffness_frobenius",
     "measure",
     "backward_error",
@@ -57,7 +58,8 @@ const CALIBRATION: &[&str] = &[
     "fitted",
 ];
 const GROUP: &[&str] = &["name", "springs", "length", "stiffness", "lower", "upper"];
-const CASE: &[&str] = &["load", "e_rms", "e_max"];
+const CASE: &[&str] = &["load", "e_rms", "e_max", "global_strain"];
+const ANSWER: &[&str] = &["load", "compliance", "u_max", "u_norm2"];
 const ROW: &[&str] =
     &["gamma", "groups", "e_rms", "e_max", "evaluations", "refactorisations", "solves", "solver", "seconds", "stop"];
 const SOLVER: &[&str] = &[
@@ -130,6 +132,7 @@ fn result_is_as_promised(result: &Value) {
     result["converged"]["cases"].as_array().into_iter().flatten().for_each(errors_add_up);
     has_keys(&result["sizes"], SIZES, &[]);
     has_keys(&result["reference"], REFERENCE, &["path", "iterations", "large"]);
+    list(&result["reference"], "cases").iter().for_each(|case| has_keys(case, ANSWER, &[]));
     let calibration = &result["calibration"];
     has_keys(calibration, CALIBRATION, &["objective_error", "outside_pattern", "accuracy", "ladder"]);
     assert_eq!(calibration["ladder"].is_array(), result["scene"]["springs"]["grouping"] == "adaptive");
@@ -167,6 +170,17 @@ fn numbers_make_sense(result: &Value) {
     for key in ["compliance", "u_max", "u_norm2", "stiffness_frobenius", "measure"] {
         assert!(number(&result["reference"], key) > 0.0, "{key}");
     }
+    let names = |cases: &[Value]| cases.iter().map(|case| case["load"].clone()).collect::<Vec<_>>();
+    let loads: Vec<Value> = list(result, "loads").iter().map(|load| load["name"].clone()).collect();
+    assert_eq!(names(list(&result["reference"], "cases")), loads, "one answer for each load case");
+    for key in ["compliance", "u_max", "u_norm2"] {
+        covers_all(number(&result["reference"], key), list(&result["reference"], "cases"), |case| number(case, key));
+    }
+    let both = [list(calibration, "fitted"), list(calibration, "held_out")].concat();
+    for body in ["reference", "springs"] {
+        let strain = |owner: &Value| number(&owner["global_strain"], body);
+        covers_all(strain(calibration), &both, strain);
+    }
     let groups = list(calibration, "groups");
     assert_eq!(sizes["groups"], groups.len());
     assert_eq!(sizes["springs"], groups.iter().map(|g| number(g, "springs") as u64).sum::<u64>());
@@ -188,6 +202,11 @@ fn numbers_make_sense(result: &Value) {
     }
     let cases = list(calibration, "fitted").len() + list(calibration, "held_out").len();
     assert_eq!(cases, list(&result["scene"], "load").len());
+}
+
+/// What is told for a whole run is the largest of all its load cases.
+fn covers_all(told: f64, cases: &[Value], of: impl Fn(&Value) -> f64) {
+    assert_eq!(told, cases.iter().map(of).fold(f64::NEG_INFINITY, f64::max), "{cases:?}");
 }
 
 /// springs.json has the sizes of the result.

@@ -34,7 +34,7 @@ pub struct Document<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     mesh: Option<&'a MeshQuality>,
     loads: Vec<LoadCase<'a>>,
-    reference: Reference,
+    reference: Reference<'a>,
     calibration: Calibration<'a>,
     #[serde(skip_serializing_if = "Option::is_none")]
     converged: Option<Converged<'a>>,
@@ -49,13 +49,17 @@ pub struct Document<'a> {
 }
 
 #[derive(Debug, Serialize)]
-struct Reference {
+struct Reference<'a> {
     method: &'static str,
     path: &'static str,
     iterations: u64,
+    /// The largest of all load cases.
     compliance: f64,
+    /// The largest of all load cases.
     u_max: f64,
+    /// The largest of all load cases.
     u_norm2: f64,
+    cases: Vec<Answer<'a>>,
     stiffness_frobenius: f64,
     measure: f64,
     backward_error: f64,
@@ -66,6 +70,15 @@ struct Reference {
     #[serde(skip_serializing_if = "Option::is_none")]
     large: Option<Large>,
     seconds: f64,
+}
+
+/// The answer of the continuum to one load case: f.u in J, max |u_i| and sqrt(sum |u_i|^2) over the nodes in m.
+#[derive(Debug, Serialize)]
+struct Answer<'a> {
+    load: &'a str,
+    compliance: f64,
+    u_max: f64,
+    u_norm2: f64,
 }
 
 /// A load case: its force on the free nodes, what the supports take at once, and all they hold, N.
@@ -111,6 +124,7 @@ struct Calibration<'a> {
     /// The part of K_ref that no spring answers for, percent; only for the objective matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     outside_pattern: Option<f64>,
+    /// The largest of all load cases.
     global_strain: GlobalStrain,
     weakness: &'a Weakness,
     stop: &'static str,
@@ -129,10 +143,17 @@ struct Calibration<'a> {
     ladder: Vec<ladder::Row<'a>>,
 }
 
+/// Of the continuum and of the springs, percent.
 #[derive(Debug, Serialize)]
 struct GlobalStrain {
     reference: f64,
     springs: f64,
+}
+
+impl GlobalStrain {
+    fn of([reference, springs]: [f64; 2]) -> Self {
+        Self { reference, springs }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -150,6 +171,7 @@ struct Case<'a> {
     load: &'a str,
     e_rms: f64,
     e_max: f64,
+    global_strain: GlobalStrain,
 }
 
 #[derive(Debug, Serialize)]
@@ -240,8 +262,15 @@ fn loads(study: &Study) -> Vec<LoadCase<'_>> {
     loads.collect()
 }
 
-fn reference(study: &Study) -> Reference {
-    let case = &study.reference.cases[0];
+fn reference(study: &Study) -> Reference<'_> {
+    let answers = study.loads.iter().zip(&study.reference.cases).map(|(load, case)| Answer {
+        load: &load.name,
+        compliance: case.compliance,
+        u_max: case.u_max,
+        u_norm2: case.u_norm2,
+    });
+    let cases: Vec<Answer> = answers.collect();
+    let largest = |value: fn(&Answer) -> f64| cases.iter().map(value).fold(f64::NEG_INFINITY, f64::max);
     let (path, iterations) = match &study.reference.path {
         Path::Direct { .. } => ("direct", 0),
         Path::Iterative { iterations, .. } => ("iterative", iterations.iter().map(|&count| count as u64).sum()),
@@ -250,9 +279,10 @@ fn reference(study: &Study) -> Reference {
         method: study.body.method.name,
         path,
         iterations,
-        compliance: case.compliance,
-        u_max: case.u_max,
-        u_norm2: case.u_norm2,
+        compliance: largest(|case| case.compliance),
+        u_max: largest(|case| case.u_max),
+        u_norm2: largest(|case| case.u_norm2),
+        cases,
         stiffness_frobenius: study.reference.stiffness_frobenius(),
         measure: study.reference.measure,
         backward_error: study.reference.accuracy.backward_error,
@@ -282,8 +312,12 @@ fn calibration(study: &Study) -> Calibration<'_> {
         upper: *upper,
     });
     let cases = |fit: bool| -> Vec<Case> {
-        let pairs = study.loads.iter().zip(&found.errors).filter(|(case, _)| case.fit == fit);
-        pairs.map(|(case, Errors { e_rms, e_max })| Case { load: &case.name, e_rms: *e_rms, e_max: *e_max }).collect()
+        let chosen = (0..study.loads.len()).filter(|&c| study.loads[c].fit == fit);
+        let case = |c: usize| {
+            let Errors { e_rms, e_max } = found.errors[c];
+            Case { load: &study.loads[c].name, e_rms, e_max, global_strain: GlobalStrain::of(found.global_strain[c]) }
+        };
+        chosen.map(case).collect()
     };
     Calibration {
         objective: &given.objective,
@@ -293,7 +327,7 @@ fn calibration(study: &Study) -> Calibration<'_> {
         e_max: found.fitted.e_max,
         objective_error: objective_error(best),
         outside_pattern: found.outside_pattern,
-        global_strain: GlobalStrain { reference: found.global_strain[0], springs: found.global_strain[1] },
+        global_strain: GlobalStrain::of(found.largest_strain()),
         weakness: &found.weakness,
         stop: best.outcome.stop.name(),
         groups: groups.collect(),

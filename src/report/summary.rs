@@ -121,7 +121,8 @@ fn errors(study: &Study, line: &mut Line) {
             "under the smooth load that the network resists least: {ratio:.2} times the work of the continuum"
         ));
     }
-    line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
+    let [continuum, springs] = found.largest_strain();
+    line(format!("global strain: continuum {continuum:.3} %, springs {springs:.3} %"));
 }
 
 /// What the scene asked for beside the calibration.

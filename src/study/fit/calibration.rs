@@ -35,8 +35,8 @@ pub struct Calibration {
     pub fitted: Errors,
     /// The part of K_ref between nodes that no spring joins, percent of |K_ref|_F; only for the matrix objective.
     pub outside_pattern: Option<f64>,
-    /// Global strain (4.17) of the continuum and of the network under the first fitted load, percent.
-    pub global_strain: [f64; 2],
+    /// Global strain (4.17) of the continuum and of the network under each load case, percent.
+    pub global_strain: Vec<[f64; 2]>,
     /// The motion that the network resists least.
     pub weakness: Weakness,
     /// Work of the whole sweep.
@@ -46,6 +46,11 @@ pub struct Calibration {
 }
 
 impl Calibration {
+    /// The largest global strain of the continuum and of the network under any load case, percent.
+    pub fn largest_strain(&self) -> [f64; 2] {
+        [0, 1].map(|body| self.global_strain.iter().fold(0.0, |most: f64, strain| most.max(strain[body])))
+    }
+
     /// Keeps only some springs, and the groups that still have some.
     ///
     /// # Panics

@@ -236,9 +236,9 @@ impl Given<'_> {
         let (displacement, accuracy, weakness) = self.under_all_loads(problem, &grouping, &phi)?;
         let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
         let pairs = self.reference.cases.iter().zip(&displacements);
-        let errors = pairs.map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();
-        let first = self.fitted()[0];
+        let errors = pairs.clone().map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();
         let strain = |u: &[f64]| errors::global_strain(&self.lattice.network, &self.body.dofs.expand(u));
+        let global_strain = pairs.map(|(case, u)| [strain(&case.displacement), strain(u)]).collect();
         let mut counts = Counts::default();
         sweep
             .iter()
@@ -247,7 +247,7 @@ impl Given<'_> {
             .for_each(|(_, row)| counts += row.outcome.counts);
         Ok(Calibration {
             stiffness: weighting::stiffness(&grouping, &self.lattice.coefficients, &phi),
-            global_strain: [strain(&self.reference.cases[first].displacement), strain(&displacements[first])],
+            global_strain,
             fitted: sweep[best].errors,
             weakness,
             outside_pattern,
