@@ -3,6 +3,7 @@
 //! | file | idea |
 //! |---|---|
 //! | [`material`] | Young's modulus and Poisson's ratio to the two constants of isotropic elasticity |
+//! | [`locking`] | a word about methods that lock near nu = 1/2 |
 //! | [`points`] | integration points, the one currency between a method and every integral |
 //! | [`methods`] | the table of methods, and how each fills them: splines, finite elements |
 //! | [`stiffness`] | element stiffness, its pattern and its assembly |
@@ -25,6 +26,7 @@ pub mod corotational;
 pub mod load_fields;
 pub mod load_file;
 pub mod loads;
+pub mod locking;
 pub mod mass;
 pub mod material;
 pub mod matrix_free;

@@ -152,6 +152,10 @@ pub(super) fn collect(
     let (mut springs, mut zero_length) = (Vec::new(), 0);
     for Link { nodes, kind, offset, cells } in links {
         let [a, b] = nodes.map(|node| dofs.master(node));
+        if a == b {
+            // tied nodes are one: nothing is missing between them
+            continue;
+        }
         if let Some((length, direction)) = rest(positions[a], positions[b], tolerance) {
             springs.push(Spring { nodes: [a as u32, b as u32], length, direction, kind, offset, cells });
         } else {
