@@ -131,7 +131,7 @@ fn masses_volume_and_body_forces_are_those_of_the_mesh_whatever_the_method() {
     let mut meshes = kinds.map(body).to_vec();
     for [few, many] in [[1, 0], [3, 2]] {
         let mut mixed = meshes[many].clone();
-        mixed.push(kinds[few], &meshes[few].corners(0).to_vec());
+        mixed.push(kinds[few], meshes[few].corners(0));
         meshes.push(mixed);
     }
     let mut compared = 0;

@@ -194,7 +194,7 @@ fn b_bar_on_tetrahedra_is_told_to_lock() {
     let [hexahedra, tetrahedra] = [CellKind::Hexahedron, CellKind::Tetrahedron].map(|kind| panel(1, kind));
     assert_eq!(locking::warning(bbar, Spans::Cells(&hexahedra), 0.4999), None);
     let mut mixed = hexahedra.clone();
-    mixed.push(CellKind::Tetrahedron, &tetrahedra.corners(0).to_vec());
+    mixed.push(CellKind::Tetrahedron, tetrahedra.corners(0));
     for mesh in [&tetrahedra, &mixed] {
         let word = locking::warning(bbar, Spans::Cells(mesh), 0.4999).expect("a word");
         assert!(word.contains("\"b8_bbar\" on tetrahedra locks"), "{word}");
