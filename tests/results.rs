@@ -40,7 +40,7 @@ const REFERENCE: &[&str] = &[
 ];
 /// Beyond the list of the interface: `global_strain` (4.17), `fitted` (each fitted load case, like `held_out`).
 const CALIBRATION: &[&str] = &[
-    "weakness",
+    "generalisation",
     "objective",
     "optimiser",
     "gamma",

@@ -16,8 +16,8 @@ use crate::report::converged::{self, Converged};
 use crate::report::ladder;
 use crate::report::motion::Dynamics;
 use crate::scene::Scene;
+use crate::study::generalisation::Generalisation;
 use crate::study::mesh_quality::MeshQuality;
-use crate::study::near_mechanism::Weakness;
 use crate::study::plan::Sizes;
 use crate::study::{Study, fit};
 
@@ -112,7 +112,7 @@ struct Calibration<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     outside_pattern: Option<f64>,
     global_strain: GlobalStrain,
-    weakness: &'a Weakness,
+    generalisation: &'a Generalisation,
     stop: &'static str,
     groups: Vec<Group<'a>>,
     fitted: Vec<Case<'a>>,
@@ -294,7 +294,7 @@ fn calibration(study: &Study) -> Calibration<'_> {
         objective_error: objective_error(best),
         outside_pattern: found.outside_pattern,
         global_strain: GlobalStrain { reference: found.global_strain[0], springs: found.global_strain[1] },
-        weakness: &found.weakness,
+        generalisation: &study.generalisation,
         stop: best.outcome.stop.name(),
         groups: groups.collect(),
         fitted: cases(true),

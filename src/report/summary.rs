@@ -6,7 +6,7 @@ use crate::calibration::errors::Errors;
 use crate::memory;
 use crate::report::{budget, converged, ladder, motion};
 use crate::study::Study;
-use crate::study::near_mechanism::Weakness;
+use crate::study::generalisation::{Case, Generalisation};
 use crate::study::plan::{Plan, Sizes};
 
 /// Fraction of an upper bound from which a stiffness is at it: the last bits of a fit are rounding.
@@ -115,13 +115,24 @@ fn errors(study: &Study, line: &mut Line) {
             sure.backward_error, sure.condition, sure.forward_error
         ));
     }
-    if let Weakness::Found(weakest) = &found.weakness {
-        let ratio = weakest.compliance_ratio;
-        line(format!(
-            "under the smooth load that the network resists least: {ratio:.2} times the work of the continuum"
-        ));
-    }
+    other_loads(study, line);
     line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
+}
+
+/// What the network does under loads that are not in the scene.
+fn other_loads(study: &Study, line: &mut Line) {
+    let Generalisation::Measured(measured) = &study.generalisation else { return };
+    let (soft, stiff) = (&measured.softest, &measured.stiffest);
+    line(format!(
+        "smooth loads of degree 2: {:.3} (too stiff) to {:.3} (too soft) times the work of the continuum; stiffest: {}; \
+         softest: {}",
+        stiff.compliance_ratio, soft.compliance_ratio, stiff.load, soft.load
+    ));
+    if !measured.held_out.is_empty() {
+        let of = |case: &Case| format!("{} {:.2}", case.load, case.e_rms);
+        let cases: Vec<String> = measured.held_out.iter().map(of).collect();
+        line(format!("generated held-out loads, e_rms %: {}", cases.join(", ")));
+    }
 }
 
 /// What the scene asked for beside the calibration.

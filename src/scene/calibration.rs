@@ -47,6 +47,11 @@ pub struct Calibration {
     /// cost as much as an error of so much. Default: 1 for the grouping "each", else 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub regularisation: Option<f64>,
+    /// Whether the network is tried under loads that are not in the scene, which no fit sees: where it is too soft and too stiff, and
+    /// errors under generated loads where no load has fit = false. Default: where that is cheap (springs and continuum
+    /// are factored, at most 20000 free degrees of freedom).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub generalisation: Option<bool>,
     /// The objective matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub matrix: Option<MatrixDistance>,
@@ -69,6 +74,7 @@ impl Default for Calibration {
             seed: 1,
             starts: None,
             regularisation: None,
+            generalisation: None,
             matrix: None,
             acceleration: None,
             annealing: Annealing::default(),
