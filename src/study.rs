@@ -6,7 +6,8 @@
 //!    may ([`limits`]);
 //! 4. the continuum reference: K_ref u_ref = f, or its equilibrium under large displacements ([`large`]);
 //! 5. groups and bounds for every gamma, the fit of each (Algorithm 5.1), and the errors under fitted and held-out loads
-//!    ([`fit`]; [`linear_fit`] for the objectives other than the displacement, [`adaptive`] for groups that adapt);
+//!    ([`fit`]; [`linear_fit`] for the objectives other than the displacement, [`adaptive`] for groups that adapt,
+//!    [`given_stiffness`] where nothing is fitted);
 //! 6. the network under loads that are not in the scene ([`other_loads`]): where it is too soft and too stiff
 //!    ([`mod@generalisation`]);
 //! 7. the same body on a finer mesh, if the scene asks for it: the error of the mesh beside that of the springs ([`converged`]);
@@ -24,6 +25,7 @@ pub mod continuum;
 pub mod converged;
 pub mod fit;
 pub mod generalisation;
+pub mod given_stiffness;
 pub mod large;
 pub mod limits;
 pub mod linear_fit;
@@ -36,6 +38,7 @@ pub mod network;
 pub mod other_loads;
 pub mod plan;
 pub mod spring_sets;
+pub mod springs_file;
 
 use std::path::{Path, PathBuf};
 
@@ -214,13 +217,14 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
     }
     let mut warnings = body.warnings.clone();
     warnings.extend(lattice.warnings.iter().cloned());
-    warnings.extend(linear_fit::warning(&scene, &body));
+    warnings.extend(given_stiffness::warning(&scene, &body));
     warnings.extend(loads::warnings(&scene, &loads));
     warnings.extend(large::warnings(&loads, &reference));
     warnings.extend(reference.accuracy.warning("reference"));
     warnings.extend(calibration.accuracy.and_then(|accuracy| accuracy.warning("springs")));
-    warnings.extend(calibration.warning());
-    warnings.extend(generalisation.warning());
+    let fitted = scene.calibration.optimiser().is_some();
+    warnings.extend(calibration.warning().filter(|_| fitted));
+    warnings.extend(generalisation.warning(fitted));
     let moved = dynamics.iter().flat_map(|data| &data.motions);
     warnings.extend(moved.filter_map(|moved| moved.inverted.and_then(|inverted| inverted.warning())));
     warnings.extend(dynamics.iter().flat_map(|dynamics| dynamics.warnings.iter().cloned()));

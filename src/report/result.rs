@@ -100,12 +100,12 @@ struct Large {
 #[derive(Debug, Serialize)]
 struct Calibration<'a> {
     objective: &'a str,
-    /// The optimiser, or the formula.
+    /// The optimiser, or the formula; "none" for a stiffness that is known.
     optimiser: &'a str,
     gamma: Option<f64>,
     e_rms: f64,
     e_max: f64,
-    /// What the optimiser made small, percent: e_rms again for the objective displacement; none for a formula.
+    /// What the optimiser made small, percent: e_rms again for the objective displacement; none where nothing is fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     objective_error: Option<f64>,
     /// The part of K_ref that no spring answers for, percent; only for the objective matrix.
@@ -287,7 +287,7 @@ fn calibration(study: &Study) -> Calibration<'_> {
     };
     Calibration {
         objective: &given.objective,
-        optimiser: given.optimiser().or(given.formula.as_deref()).unwrap_or_default(),
+        optimiser: given.source(),
         gamma: best.gamma,
         e_rms: found.fitted.e_rms,
         e_max: found.fitted.e_max,

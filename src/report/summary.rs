@@ -77,6 +77,11 @@ fn sweep(study: &Study, line: &mut Line) {
     }
 }
 
+/// Whether the stiffness was searched: it is not where a formula, the scene or a file gives it.
+fn is_fitted(study: &Study) -> bool {
+    study.scene.calibration.optimiser().is_some()
+}
+
 /// The groups that were found.
 fn groups(study: &Study, line: &mut Line) {
     let found = &study.calibration;
@@ -84,6 +89,7 @@ fn groups(study: &Study, line: &mut Line) {
     let shown = 32;
     for ((group, phi), upper) in found.grouping.groups.iter().zip(&found.phi).zip(&found.upper).take(shown) {
         let at = match () {
+            () if !is_fitted(study) => "",
             () if *phi == 0.0 => "  at its lower bound: these springs are not needed",
             () if *phi >= AT_BOUND * upper => "  at its upper bound",
             () => "",
@@ -103,7 +109,11 @@ fn errors(study: &Study, line: &mut Line) {
     let found = &study.calibration;
     line(String::new());
     for (case, Errors { e_rms, e_max }) in study.loads.iter().zip(&found.errors) {
-        let role = if case.fit { "fitted" } else { "held out" };
+        let role = match is_fitted(study) {
+            true if case.fit => "fitted",
+            true => "held out",
+            false => "not fitted",
+        };
         line(format!("{role} {}: e_rms {e_rms:.4} %, e_max {e_max:.4} %", case.name));
     }
     if let Some(words) = objective(study) {

@@ -1,11 +1,17 @@
 //! Whether a fit has opened the network: what moves where it is softest beside the continuum.
+//!
+//! A fit on few loads may take springs away that no fitted load needs, and open the network for others. The compliance ratio
+//! under the loads that are linear in the place (pulls, twists, stretches and shears) tells: on the merged torus it is 2.4 to 3.7
+//! for fits on the load of the source alone, whose errors on other loads are 20 to 78 %, and 1.0 to 1.4 for fits on
+//! four loads, with 14 to 20 %. Quadratic loads tell less sharply: springs follow them less well, and they find 2.1 on the
+//! soundest of these networks (7.7 on the most open).
 
 use serde::Serialize;
 
 use super::body::Body;
 use super::generalisation::Generalisation;
 
-/// A network on which some smooth load does so many times the work that it does on the continuum is open: nearly a mechanism.
+/// A network on which some linear load does so many times the work that it does on the continuum is open: nearly a mechanism.
 pub const NEARLY: f64 = 2.0;
 
 /// A node that moves more than this part of the node that moves most takes part in a motion.
@@ -44,23 +50,26 @@ impl Moving {
 }
 
 impl Generalisation {
-    /// A word where the network is nearly a mechanism.
-    pub fn warning(&self) -> Option<String> {
+    /// A word where the network is nearly a mechanism; the remedy depends on whether it was `fitted`.
+    pub fn warning(&self, fitted: bool) -> Option<String> {
+        let remedy = match fitted {
+            true => "fit more load cases, use fewer groups, or set calibration.regularisation",
+            false => "make springs stiffer there, or add some",
+        };
         let found = match self {
             Self::Measured(found) => found,
             Self::NotLookedFor { .. } => return None,
             Self::Mechanism { .. } => {
-                let words = "the network is a mechanism for some smooth load that was not fitted: fit more load cases, use \
-                             fewer groups, or set calibration.regularisation";
-                return Some(words.into());
+                return Some(format!(
+                    "the network is a mechanism for some smooth load that is not in the scene: {remedy}"
+                ));
             }
         };
         let [low, high] = found.moving.region.map(|corner| corner.map(|x| format!("{x:.3}")).join(", "));
         found.near_mechanism.then(|| {
             format!(
                 "the network is nearly a mechanism: it gives way {:.1} times as far as the continuum to the smooth load for \
-                 which it is softest, {}; {} nodes between ({low}) and ({high}) m move, node {} most; fit more load cases, use \
-                 fewer groups, or set calibration.regularisation",
+                 which it is softest, {}; {} nodes between ({low}) and ({high}) m move, node {} most; {remedy}",
                 found.softest.compliance_ratio, found.softest.load, found.moving.nodes, found.moving.node
             )
         })

@@ -116,7 +116,7 @@ impl Given<'_> {
             "displacement" if !optimiser.uses_jacobian => 0.0,
             "displacement" if optimiser.name == "gauss_newton" && many::serves(groups) => 8.0 * unknowns,
             "displacement" => 4.0 * 2.0 * columns * unknowns * self.fitted().len() as f64,
-            "formula" => 0.0,
+            "formula" | "known" => 0.0,
             _ => columns * unknowns + 16.0 * columns * columns,
         };
         if 8.0 * numbers <= LARGEST_JACOBIAN {
@@ -215,7 +215,11 @@ impl Given<'_> {
         };
         let (node, component) = self.body.dofs.owner(dof);
         let motions = vec![format!("node {node} can move along {}", ['x', 'y', 'z'][component])];
-        Error::Mechanism { what: "network that fits the loads with fit = true".into(), modes: 1, motions }
+        let what = match self.scene.calibration.optimiser() {
+            Some(_) => "network that fits the loads with fit = true",
+            None => "network with the given stiffness",
+        };
+        Error::Mechanism { what: what.into(), modes: 1, motions }
     }
 
     /// Errors of the fitted cases for their displacements (cases x n).
