@@ -16,7 +16,9 @@
 //! A x = lambda B x,     A = Q^T K(phi)^-1 Q,     B = Q^T K_ref^-1 Q
 //! ```
 //!
-//! and the largest and the smallest lambda bound the ratio of every load of the space. With B = L L^T they are those of
+//! and the largest and the smallest lambda bound the ratio of every load of the space. Fits on one load that are 1 to 16 % off under it
+//! have ratios from .60 to 1.33 on the cube, .16 to 3.5 on the ellipse, .09 to 2.0 on the torus and .05 to 1.2 on the spheroid, whose
+//! inner layer is held: the stiff side is the worse one as a rule. With B = L L^T they are those of
 //! L^-1 A L^-T. Where several loads have the extremal ratio alike, as on a body with symmetries, the one that is told is the
 //! part of the first field that has most of itself among them: it does not depend on the last bits.
 

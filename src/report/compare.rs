@@ -19,6 +19,9 @@ const BODY: [&str; 5] = ["geometry", "material", "support", "load", "reference"]
 /// Rows of groups that a person gets to see.
 const SHOWN: usize = 32;
 
+/// Letters of a column; longer words stand below each other.
+const COLUMN: usize = 24;
+
 /// What is compared: the words, and the place in result.json.
 const ROWS: &[(&str, &str)] = &[
     ("scene", "/scene/name"),
@@ -95,7 +98,10 @@ impl Comparison {
         let mut text = format!("{:<32} {a:>24} {b:>24}\n", "");
         for Row { what, values } in &self.rows {
             let [a, b] = values.each_ref().map(shown);
-            let _ = writeln!(text, "{what:<32} {a:>24} {b:>24}");
+            let _ = match a.len().max(b.len()) <= COLUMN {
+                true => writeln!(text, "{what:<32} {a:>COLUMN$} {b:>COLUMN$}"),
+                false => writeln!(text, "{what}\n    {a}\n    {b}"),
+            };
         }
         let _ = writeln!(text, "\n{:<32} {:>24} {:>24}", "group", "springs, stiffness", "springs, stiffness");
         for Group { name, springs, stiffness } in self.groups.iter().take(SHOWN) {
@@ -103,7 +109,7 @@ impl Comparison {
                 true => "-".to_owned(),
                 false => format!("{}, {}", shown(&springs[run]), shown(&stiffness[run])),
             });
-            let _ = writeln!(text, "{name:<32} {a:>24} {b:>24}");
+            let _ = writeln!(text, "{name:<32} {a:>COLUMN$} {b:>COLUMN$}");
         }
         if self.groups.len() > SHOWN {
             let _ = writeln!(text, "... and {} more (--json has all)", self.groups.len() - SHOWN);
