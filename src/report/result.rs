@@ -16,8 +16,8 @@ use crate::report::converged::{self, Converged};
 use crate::report::ladder;
 use crate::report::motion::Dynamics;
 use crate::scene::Scene;
+use crate::study::generalisation::Generalisation;
 use crate::study::mesh_quality::MeshQuality;
-use crate::study::near_mechanism::Weakness;
 use crate::study::plan::Sizes;
 use crate::study::{Study, fit};
 
@@ -113,12 +113,12 @@ struct Large {
 #[derive(Debug, Serialize)]
 struct Calibration<'a> {
     objective: &'a str,
-    /// The optimiser, or the formula.
+    /// The optimiser, or the formula; "none" for a stiffness that is known.
     optimiser: &'a str,
     gamma: Option<f64>,
     e_rms: f64,
     e_max: f64,
-    /// What the optimiser made small, percent: e_rms again for the objective displacement; none for a formula.
+    /// What the optimiser made small, percent: e_rms again for the objective displacement; none where nothing is fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     objective_error: Option<f64>,
     /// The part of K_ref that no spring answers for, percent; only for the objective matrix.
@@ -126,7 +126,7 @@ struct Calibration<'a> {
     outside_pattern: Option<f64>,
     /// The largest of all load cases.
     global_strain: GlobalStrain,
-    weakness: &'a Weakness,
+    generalisation: &'a Generalisation,
     stop: &'static str,
     groups: Vec<Group<'a>>,
     fitted: Vec<Case<'a>>,
@@ -321,14 +321,14 @@ fn calibration(study: &Study) -> Calibration<'_> {
     };
     Calibration {
         objective: &given.objective,
-        optimiser: given.optimiser().or(given.formula.as_deref()).unwrap_or_default(),
+        optimiser: given.source(),
         gamma: best.gamma,
         e_rms: found.fitted.e_rms,
         e_max: found.fitted.e_max,
         objective_error: objective_error(best),
         outside_pattern: found.outside_pattern,
         global_strain: GlobalStrain::of(found.largest_strain()),
-        weakness: &found.weakness,
+        generalisation: &study.generalisation,
         stop: best.outcome.stop.name(),
         groups: groups.collect(),
         fitted: cases(true),

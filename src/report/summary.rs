@@ -6,7 +6,7 @@ use crate::calibration::errors::Errors;
 use crate::memory;
 use crate::report::{budget, converged, ladder, motion};
 use crate::study::Study;
-use crate::study::near_mechanism::Weakness;
+use crate::study::generalisation::{Case, Generalisation};
 use crate::study::plan::{Plan, Sizes};
 
 /// Fraction of an upper bound from which a stiffness is at it: the last bits of a fit are rounding.
@@ -77,6 +77,11 @@ fn sweep(study: &Study, line: &mut Line) {
     }
 }
 
+/// Whether the stiffness was searched: it is not where a formula, the scene or a file gives it.
+fn is_fitted(study: &Study) -> bool {
+    study.scene.calibration.optimiser().is_some()
+}
+
 /// The groups that were found.
 fn groups(study: &Study, line: &mut Line) {
     let found = &study.calibration;
@@ -84,6 +89,7 @@ fn groups(study: &Study, line: &mut Line) {
     let shown = 32;
     for ((group, phi), upper) in found.grouping.groups.iter().zip(&found.phi).zip(&found.upper).take(shown) {
         let at = match () {
+            () if !is_fitted(study) => "",
             () if *phi == 0.0 => "  at its lower bound: these springs are not needed",
             () if *phi >= AT_BOUND * upper => "  at its upper bound",
             () => "",
@@ -103,7 +109,11 @@ fn errors(study: &Study, line: &mut Line) {
     let found = &study.calibration;
     line(String::new());
     for (case, Errors { e_rms, e_max }) in study.loads.iter().zip(&found.errors) {
-        let role = if case.fit { "fitted" } else { "held out" };
+        let role = match is_fitted(study) {
+            true if case.fit => "fitted",
+            true => "held out",
+            false => "not fitted",
+        };
         line(format!("{role} {}: e_rms {e_rms:.4} %, e_max {e_max:.4} %", case.name));
     }
     if let Some(words) = objective(study) {
@@ -115,14 +125,25 @@ fn errors(study: &Study, line: &mut Line) {
             sure.backward_error, sure.condition, sure.forward_error
         ));
     }
-    if let Weakness::Found(weakest) = &found.weakness {
-        let ratio = weakest.compliance_ratio;
-        line(format!(
-            "under the smooth load that the network resists least: {ratio:.2} times the work of the continuum"
-        ));
-    }
+    other_loads(study, line);
     let [continuum, springs] = found.largest_strain();
     line(format!("global strain: continuum {continuum:.3} %, springs {springs:.3} %"));
+}
+
+/// What the network does under loads that are not in the scene.
+fn other_loads(study: &Study, line: &mut Line) {
+    let Generalisation::Measured(measured) = &study.generalisation else { return };
+    let (soft, stiff) = (&measured.softest, &measured.stiffest);
+    line(format!(
+        "smooth loads of degree 2: {:.3} (too stiff) to {:.3} (too soft) times the work of the continuum; stiffest: {}; \
+         softest: {}",
+        stiff.compliance_ratio, soft.compliance_ratio, stiff.load, soft.load
+    ));
+    if !measured.held_out.is_empty() {
+        let of = |case: &Case| format!("{} {:.2}", case.load, case.e_rms);
+        let cases: Vec<String> = measured.held_out.iter().map(of).collect();
+        line(format!("generated held-out loads, e_rms %: {}", cases.join(", ")));
+    }
 }
 
 /// What the scene asked for beside the calibration.

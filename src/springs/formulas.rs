@@ -31,7 +31,6 @@ use crate::error::{Error, Result};
 use crate::geometry::dofs::DofMap;
 use crate::geometry::mesh::{CellKind, Mesh};
 
-use super::grouping::{Group, Grouping};
 use super::network::Network;
 
 /// A nu this near to the one a formula was derived for will do.
@@ -39,9 +38,6 @@ const POISSON: f64 = 1e-3;
 
 /// Sides this near to each other, relative, are equal.
 const SIDES: f64 = 1e-6;
-
-/// Numbers this near to each other, relative, are one group.
-const SAME: f64 = 1e-9;
 
 /// What a formula reads.
 #[derive(Clone, Copy)]
@@ -122,30 +118,6 @@ impl Formula {
             None => Ok(stiffness),
         }
     }
-}
-
-/// Groups springs by the number phi = k / w that each needs, from the smallest, and phi of each group.
-///
-/// `stiffness` is k of every spring, `coefficients` its w; phi in N/m (or N).
-pub fn grouping(network: &Network, stiffness: &[f64], coefficients: &[f64]) -> (Grouping, Vec<f64>) {
-    let number = |s: usize| stiffness[s] / coefficients[s];
-    let mut order: Vec<usize> = (0..stiffness.len()).collect();
-    order.sort_by(|&r, &s| number(r).total_cmp(&number(s)).then(r.cmp(&s)));
-    let mut phi: Vec<f64> = Vec::new();
-    let mut groups: Vec<Group> = Vec::new();
-    let mut group_of = vec![0; order.len()];
-    for s in order {
-        if phi.last().is_none_or(|last| number(s) > last * (1.0 + SAME)) {
-            phi.push(number(s));
-            groups.push(Group { name: format!("formula_{}", phi.len()), springs: 0, length: 0.0 });
-        }
-        group_of[s] = groups.len() as u32 - 1;
-        if let Some(group) = groups.last_mut() {
-            group.springs += 1;
-            group.length += (network.springs[s].length - group.length) / group.springs as f64;
-        }
-    }
-    (Grouping { group_of, groups }, phi)
 }
 
 /// All pairs of corners: 01, 02, ..., 12, ...

@@ -147,7 +147,9 @@ fn networks_at(
     checkpoint: &Checkpoint,
 ) -> Result<Vec<Point>> {
     let watch = Stopwatch::start();
-    let scene = Scene { dynamics: None, ..at(scene, control_points) };
+    let mut scene = Scene { dynamics: None, ..at(scene, control_points) };
+    // the network that is chosen is tried under other loads, those on the way are not
+    scene.calibration.generalisation = Some(false);
     let study = super::run_one(&scene, progress, checkpoint)?;
     let points = points_of(&study, control_points, watch.seconds());
     checkpoint.keep_walked(&points)?;

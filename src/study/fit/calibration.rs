@@ -8,7 +8,6 @@ use crate::calibration::objective::Counts;
 use crate::calibration::optimiser::Outcome;
 use crate::sparse::condition::Accuracy;
 use crate::springs::grouping::Grouping;
-use crate::study::near_mechanism::Weakness;
 use crate::study::network;
 
 /// What a calibration found.
@@ -37,8 +36,6 @@ pub struct Calibration {
     pub outside_pattern: Option<f64>,
     /// Global strain (4.17) of the continuum and of the network under each load case, percent.
     pub global_strain: Vec<[f64; 2]>,
-    /// The motion that the network resists least.
-    pub weakness: Weakness,
     /// Work of the whole sweep.
     pub counts: Counts,
     /// The networks on the way, where the groups adapt; otherwise empty.

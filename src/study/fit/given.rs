@@ -24,7 +24,6 @@ use crate::study::checkpoint::{self, Checkpoint};
 use crate::study::large;
 use crate::study::linear_fit::Goal;
 use crate::study::loads::LoadCase;
-use crate::study::near_mechanism::{self, Weakness};
 use crate::study::network::{self, Lattice};
 
 use super::{Calibration, Row, optimiser};
@@ -82,9 +81,19 @@ impl Given<'_> {
         grouping: &'b Grouping,
         index: usize,
     ) -> Result<SweepProblem<'b>> {
-        let Lattice { network, symbolic, factors, coefficients, spring_bounds, .. } = self.lattice;
+        let Lattice { factors, spring_bounds, .. } = self.lattice;
+        let upper = bounds::upper_bounds(grouping, spring_bounds, factors);
+        let strength = self.scene.regularisation();
+        let prior = (strength > 0.0).then(|| Prior::new(strength, grouping));
+        let (operator, search) = (self.operator(grouping), goal.search(self, grouping)?);
+        Ok(SweepProblem { operator, upper, search, prior, index })
+    }
+
+    /// The springs of one grouping, in the form that their path needs.
+    pub(in crate::study) fn operator(&self, grouping: &Grouping) -> SpringOperator<'_> {
+        let Lattice { network, symbolic, coefficients, .. } = self.lattice;
         let dofs = &self.body.dofs;
-        let operator = match symbolic {
+        match symbolic {
             Some(symbolic) => SpringOperator::Assembled {
                 stiffness: AffineStiffness::new(network, grouping, coefficients, dofs, symbolic),
                 symbolic: Arc::clone(symbolic),
@@ -93,11 +102,7 @@ impl Given<'_> {
                 let grid = self.body.grid().expect("multigrid was tried on a grid");
                 SpringOperator::OnGrid(GridSprings { network, grid, dofs, grouping: grouping.clone(), coefficients })
             }
-        };
-        let upper = bounds::upper_bounds(grouping, spring_bounds, factors);
-        let strength = self.scene.regularisation();
-        let prior = (strength > 0.0).then(|| Prior::new(strength, grouping));
-        Ok(SweepProblem { operator, upper, search: goal.search(self, grouping)?, prior, index })
+        }
     }
 
     /// Refuses matrices that would not fit: a Jacobian with one column a group, four copies at a time for each of two
@@ -111,7 +116,7 @@ impl Given<'_> {
             "displacement" if !optimiser.uses_jacobian => 0.0,
             "displacement" if optimiser.name == "gauss_newton" && many::serves(groups) => 8.0 * unknowns,
             "displacement" => 4.0 * 2.0 * columns * unknowns * self.fitted().len() as f64,
-            "formula" => 0.0,
+            "formula" | "known" => 0.0,
             _ => columns * unknowns + 16.0 * columns * columns,
         };
         if 8.0 * numbers <= LARGEST_JACOBIAN {
@@ -172,19 +177,17 @@ impl Given<'_> {
         }
     }
 
-    /// The network with `phi` under all loads: displacements (cases x n), m, and where they are linear how sure they are, and
-    /// the motion that the network resists least.
+    /// The network with `phi` under all loads: displacements (cases x n), m, and where they are linear how sure they are.
     fn under_all_loads(
         &self,
         problem: &SweepProblem,
         grouping: &Grouping,
         phi: &[f64],
-    ) -> Result<(Vec<f64>, Option<Accuracy>, Weakness)> {
+    ) -> Result<(Vec<f64>, Option<Accuracy>)> {
         if large::is_asked(self.scene) {
             let all: Vec<usize> = (0..self.loads.len()).collect();
             let displacement = large::network(self, grouping, phi, &all, &Interrupt::default())?;
-            let not_looked_for = "under large displacements the network is another at every load";
-            return Ok((displacement, None, Weakness::NotLookedFor { not_looked_for }));
+            return Ok((displacement, None));
         }
         let forces: Vec<f64> = self.loads.iter().flat_map(|case| case.load.forces.iter().copied()).collect();
         let settings = sweep::exact(&problem.operator, &network::settings(self.scene));
@@ -195,8 +198,7 @@ impl Given<'_> {
             .solve(&forces, &mut displacement, settings.tolerance)
             .map_err(|error| self.opened(error, problem, phi))?;
         let accuracy = solver.accuracy(&problem.operator.members(), phi, &forces, &displacement)?;
-        let weakness = near_mechanism::weakness(self.body, self.reference, problem, &mut solver)?;
-        Ok((displacement, Some(accuracy), weakness))
+        Ok((displacement, Some(accuracy)))
     }
 
     /// A network that bears the fitted loads and no others: the node that is loose.
@@ -213,7 +215,11 @@ impl Given<'_> {
         };
         let (node, component) = self.body.dofs.owner(dof);
         let motions = vec![format!("node {node} can move along {}", ['x', 'y', 'z'][component])];
-        Error::Mechanism { what: "network that fits the loads with fit = true".into(), modes: 1, motions }
+        let what = match self.scene.calibration.optimiser() {
+            Some(_) => "network that fits the loads with fit = true",
+            None => "network with the given stiffness",
+        };
+        Error::Mechanism { what: what.into(), modes: 1, motions }
     }
 
     /// Errors of the fitted cases for their displacements (cases x n).
@@ -233,7 +239,7 @@ impl Given<'_> {
     ) -> Result<Calibration> {
         let phi = sweep[best].outcome.phi.clone();
         let n = self.body.dofs.len();
-        let (displacement, accuracy, weakness) = self.under_all_loads(problem, &grouping, &phi)?;
+        let (displacement, accuracy) = self.under_all_loads(problem, &grouping, &phi)?;
         let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
         let pairs = self.reference.cases.iter().zip(&displacements);
         let errors = pairs.clone().map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();
@@ -249,7 +255,6 @@ impl Given<'_> {
             stiffness: weighting::stiffness(&grouping, &self.lattice.coefficients, &phi),
             global_strain,
             fitted: sweep[best].errors,
-            weakness,
             outside_pattern,
             upper: problem.upper.clone(),
             sweep,
