@@ -207,7 +207,9 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
     warnings.extend(reference.accuracy.warning("reference"));
     warnings.extend(calibration.accuracy.and_then(|accuracy| accuracy.warning("springs")));
     warnings.extend(calibration.warning());
-    warnings.extend(calibration.weakness.warning());
+    warnings.extend(calibration.left_out.iter().cloned());
+    let advice = near_mechanism::advice(&scene, calibration.phi.len());
+    warnings.extend(calibration.weakness.warning(&advice));
     let moved = dynamics.iter().flat_map(|data| &data.motions);
     warnings.extend(moved.filter_map(|moved| moved.inverted.and_then(|inverted| inverted.warning())));
     warnings.extend(dynamics.iter().flat_map(|dynamics| dynamics.warnings.iter().cloned()));

@@ -56,7 +56,7 @@ const CALIBRATION: &[&str] = &[
     "global_strain",
     "fitted",
 ];
-const GROUP: &[&str] = &["name", "springs", "length", "stiffness", "lower", "upper"];
+const GROUP: &[&str] = &["name", "springs", "length", "stiffness", "lower", "upper", "determined"];
 const CASE: &[&str] = &["load", "e_rms", "e_max"];
 const ROW: &[&str] =
     &["gamma", "groups", "e_rms", "e_max", "evaluations", "refactorisations", "solves", "solver", "seconds", "stop"];
@@ -131,11 +131,17 @@ fn result_is_as_promised(result: &Value) {
     has_keys(&result["sizes"], SIZES, &[]);
     has_keys(&result["reference"], REFERENCE, &["path", "iterations", "large"]);
     let calibration = &result["calibration"];
-    has_keys(calibration, CALIBRATION, &["objective_error", "outside_pattern", "accuracy", "ladder"]);
+    has_keys(
+        calibration,
+        CALIBRATION,
+        &["objective_error", "compared_frobenius", "outside_pattern", "accuracy", "ladder"],
+    );
     assert_eq!(calibration["ladder"].is_array(), result["scene"]["springs"]["grouping"] == "adaptive");
     assert_eq!(calibration["accuracy"].is_object(), !result["reference"]["large"].is_object());
     let objective = calibration["objective"].as_str().expect("a name");
-    assert_eq!(calibration["outside_pattern"].is_number(), objective == "matrix");
+    for key in ["compared_frobenius", "outside_pattern"] {
+        assert_eq!(calibration[key].is_number(), objective == "matrix");
+    }
     assert_eq!(calibration["objective_error"].is_number(), objective != "formula");
     has_keys(&calibration["global_strain"], &["reference", "springs"], &[]);
     has_keys(&calibration["counts"], COUNTS, &[]);

@@ -2,10 +2,12 @@
 
 use serde::Serialize;
 
+use crate::calibration::objectives;
 use crate::calibration::softest::{Softest, linear_loads, softest};
 use crate::calibration::sweep::SweepProblem;
 use crate::error::{Error, Result};
 use crate::reference::{Reference, statics, stiffness};
+use crate::scene::Scene;
 use crate::sparse::cholesky::Symbolic;
 use crate::springs::solver::{SpringOperator, SpringSolver};
 
@@ -114,24 +116,41 @@ impl Weakest {
     }
 }
 
+/// What to do about a network of so many groups that a fit has opened: what the objective of the scene listens to.
+pub fn advice(scene: &Scene, groups: usize) -> String {
+    let objective = objectives::find(&scene.calibration.objective);
+    let mut ways: Vec<&str> = objective.map_or(vec![], |goal| goal.against_mechanisms.to_vec());
+    if groups > 1 && scene.calibration.objective != "formula" {
+        ways.push("use fewer groups");
+    }
+    if scene.takes_regularisation() {
+        let given = scene.regularisation() > 0.0;
+        ways.push(if given { "raise calibration.regularisation" } else { "set calibration.regularisation" });
+    }
+    match ways.split_last() {
+        Some((last, [])) => (*last).to_owned(),
+        Some((last, [first])) => format!("{first} or {last}"),
+        Some((last, before)) => format!("{}, or {last}", before.join(", ")),
+        None => String::new(),
+    }
+}
+
 impl Weakness {
-    /// A word where the network is nearly a mechanism.
-    pub fn warning(&self) -> Option<String> {
+    /// A word where the network is nearly a mechanism; `advice` is what to do about it.
+    pub fn warning(&self, advice: &str) -> Option<String> {
         let found = match self {
             Self::Found(found) => found,
             Self::NotLookedFor { .. } => return None,
             Self::Mechanism { .. } => {
-                let words = "the network is a mechanism for some smooth load that was not fitted: fit more load cases, use \
-                             fewer groups, or set calibration.regularisation";
-                return Some(words.into());
+                return Some(format!("the network is a mechanism for some smooth load: {advice}"));
             }
         };
         let [low, high] = found.region.map(|corner| corner.map(|x| format!("{x:.3}")).join(", "));
         found.near_mechanism.then(|| {
             format!(
                 "the network is nearly a mechanism: it gives way {:.1} times as far as the continuum to the smooth load that \
-                 it resists least (stiffness ratio {:.2}); {} nodes between ({low}) and ({high}) m move, node {} most; fit \
-                 more load cases, use fewer groups, or set calibration.regularisation",
+                 it resists least (stiffness ratio {:.2}); {} nodes between ({low}) and ({high}) m move, node {} most; \
+                 {advice}",
                 found.compliance_ratio, found.stiffness_ratio, found.nodes, found.node
             )
         })
