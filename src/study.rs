@@ -224,7 +224,9 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
     warnings.extend(calibration.accuracy.and_then(|accuracy| accuracy.warning("springs")));
     let fitted = scene.calibration.optimiser().is_some();
     warnings.extend(calibration.warning().filter(|_| fitted));
-    warnings.extend(generalisation.warning(fitted));
+    warnings.extend(calibration.left_out.iter().cloned());
+    let advice = near_mechanism::advice(&scene, calibration.phi.len());
+    warnings.extend(generalisation.warning(&advice));
     let moved = dynamics.iter().flat_map(|data| &data.motions);
     warnings.extend(moved.filter_map(|moved| moved.inverted.and_then(|inverted| inverted.warning())));
     warnings.extend(dynamics.iter().flat_map(|dynamics| dynamics.warnings.iter().cloned()));

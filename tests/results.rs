@@ -57,7 +57,7 @@ const CALIBRATION: &[&str] = &[
     "global_strain",
     "fitted",
 ];
-const GROUP: &[&str] = &["name", "springs", "length", "stiffness", "lower", "upper"];
+const GROUP: &[&str] = &["name", "springs", "length", "stiffness", "lower", "upper", "determined"];
 const CASE: &[&str] = &["load", "e_rms", "e_max", "global_strain"];
 const ANSWER: &[&str] = &["load", "compliance", "u_max", "u_norm2"];
 const ROW: &[&str] =
@@ -134,11 +134,17 @@ fn result_is_as_promised(result: &Value) {
     has_keys(&result["reference"], REFERENCE, &["path", "iterations", "large"]);
     list(&result["reference"], "cases").iter().for_each(|case| has_keys(case, ANSWER, &[]));
     let calibration = &result["calibration"];
-    has_keys(calibration, CALIBRATION, &["objective_error", "outside_pattern", "accuracy", "ladder"]);
+    has_keys(
+        calibration,
+        CALIBRATION,
+        &["objective_error", "compared_frobenius", "outside_pattern", "accuracy", "ladder"],
+    );
     assert_eq!(calibration["ladder"].is_array(), result["scene"]["springs"]["grouping"] == "adaptive");
     assert_eq!(calibration["accuracy"].is_object(), !result["reference"]["large"].is_object());
     let objective = calibration["objective"].as_str().expect("a name");
-    assert_eq!(calibration["outside_pattern"].is_number(), objective == "matrix");
+    for key in ["compared_frobenius", "outside_pattern"] {
+        assert_eq!(calibration[key].is_number(), objective == "matrix");
+    }
     assert_eq!(calibration["objective_error"].is_number(), fitted(calibration));
     generalisation_is_told(&calibration["generalisation"], result);
     has_keys(&calibration["global_strain"], &["reference", "springs"], &[]);

@@ -121,7 +121,11 @@ struct Calibration<'a> {
     /// What the optimiser made small, percent: e_rms again for the objective displacement; none where nothing is fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     objective_error: Option<f64>,
-    /// The part of K_ref that no spring answers for, percent; only for the objective matrix.
+    /// Frobenius norm of the blocks of K_ref that the reading compares, N/m; only for the objective matrix, of which
+    /// `objective_error` and `outside_pattern` are percentages then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    compared_frobenius: Option<f64>,
+    /// The part of these blocks that no spring answers for, percent; only for the objective matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     outside_pattern: Option<f64>,
     /// The largest of all load cases.
@@ -164,6 +168,8 @@ struct Group<'a> {
     stiffness: f64,
     lower: f64,
     upper: f64,
+    /// False for a group that nothing in the fit depends on: its stiffness is stated, not fitted.
+    determined: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -303,13 +309,14 @@ fn calibration(study: &Study) -> Calibration<'_> {
     let found = &study.calibration;
     let best = &found.sweep[found.best];
     let given = &study.scene.calibration;
-    let groups = found.grouping.groups.iter().zip(&found.phi).zip(&found.upper).map(|((group, phi), upper)| Group {
+    let groups = found.grouping.groups.iter().enumerate().map(|(a, group)| Group {
         name: &group.name,
         springs: group.springs,
         length: group.length,
-        stiffness: *phi,
+        stiffness: found.phi[a],
         lower: 0.0,
-        upper: *upper,
+        upper: found.upper[a],
+        determined: found.determined[a],
     });
     let cases = |fit: bool| -> Vec<Case> {
         let chosen = (0..study.loads.len()).filter(|&c| study.loads[c].fit == fit);
@@ -326,7 +333,8 @@ fn calibration(study: &Study) -> Calibration<'_> {
         e_rms: found.fitted.e_rms,
         e_max: found.fitted.e_max,
         objective_error: objective_error(best),
-        outside_pattern: found.outside_pattern,
+        compared_frobenius: found.matrices.map(|matrices| matrices.compared_frobenius),
+        outside_pattern: found.matrices.map(|matrices| matrices.outside_pattern),
         global_strain: GlobalStrain::of(found.largest_strain()),
         generalisation: &study.generalisation,
         stop: best.outcome.stop.name(),

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use crate::calibration::errors::Errors;
+use crate::calibration::objectives::matrix::Reading;
 use crate::memory;
 use crate::report::{budget, converged, ladder, motion};
 use crate::study::Study;
@@ -87,9 +88,11 @@ fn groups(study: &Study, line: &mut Line) {
     let found = &study.calibration;
     line(format!("\n{:<24} {:>8} {:>10} {:>14} {:>14}", "group", "springs", "length m", "stiffness", "upper bound"));
     let shown = 32;
-    for ((group, phi), upper) in found.grouping.groups.iter().zip(&found.phi).zip(&found.upper).take(shown) {
+    for (a, group) in found.grouping.groups.iter().enumerate().take(shown) {
+        let (phi, upper) = (&found.phi[a], &found.upper[a]);
         let at = match () {
             () if !is_fitted(study) => "",
+            () if !found.determined[a] => "  not determined by the fit: stated",
             () if *phi == 0.0 => "  at its lower bound: these springs are not needed",
             () if *phi >= AT_BOUND * upper => "  at its upper bound",
             () => "",
@@ -181,10 +184,18 @@ fn objective(study: &Study) -> Option<String> {
     let found = &study.calibration;
     let error = found.sweep[found.best].outcome.error;
     match study.scene.calibration.objective.as_str() {
-        "matrix" => Some(format!(
-            "stiffness matrices: {error:.4} % apart where there are springs; {:.4} % of the continuum's is elsewhere",
-            found.outside_pattern.unwrap_or_default()
-        )),
+        "matrix" => {
+            let compared = match study.scene.calibration.matrix.clone().unwrap_or_default().reading {
+                Reading::Full => "stiffness matrices",
+                Reading::OffDiagonal => "stiffness matrices between different nodes",
+            };
+            Some(format!(
+                "{compared}: {error:.4} % apart where there are springs; {:.4} % of the continuum's is elsewhere (of a Frobenius norm \
+                 of {:.4e} N/m)",
+                found.matrices.map_or(0.0, |matrices| matrices.outside_pattern),
+                found.matrices.map_or(0.0, |matrices| matrices.compared_frobenius)
+            ))
+        }
         "acceleration" => Some(format!("accelerations: {error:.4} % apart")),
         _ => None,
     }

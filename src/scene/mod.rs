@@ -120,12 +120,17 @@ impl Scene {
         self.geometry.file.iter_mut().chain(loads).chain(springs)
     }
 
+    /// Whether the fit has room for a prior that draws groups together.
+    pub fn takes_regularisation(&self) -> bool {
+        self.calibration.objective == "displacement"
+            && self.calibration.optimiser() != Some("surrogate")
+            && self.reference.kinematics == Kinematics::Linear
+    }
+
     /// The strength of the prior that draws groups together, percent; 0 for none.
     pub fn regularisation(&self) -> f64 {
-        let searched = self.calibration.objective == "displacement"
-            && self.calibration.optimiser() != Some("surrogate")
-            && self.reference.kinematics == Kinematics::Linear;
-        let usual = if self.springs.grouping == "each" && searched { REGULARISATION_OF_EACH } else { 0.0 };
+        let usual =
+            if self.springs.grouping == "each" && self.takes_regularisation() { REGULARISATION_OF_EACH } else { 0.0 };
         self.calibration.regularisation.unwrap_or(usual)
     }
 

@@ -17,7 +17,8 @@ use crate::scene::{Masses, Scene, Snapshot};
 use crate::springs::grouping::Grouping;
 
 use super::body::Body;
-use super::fit::Given;
+use super::continuum::Continuum;
+use super::fit::{Given, Matrices, check_determined};
 use super::given_stiffness;
 use super::large;
 use super::loads::LoadCase;
@@ -61,7 +62,7 @@ impl Goal {
     /// What is made small for one grouping.
     ///
     /// # Errors
-    /// [`crate::error::Error::Input`] where the states do not determine a group.
+    /// [`Error::Input`] where the equations do not tell groups apart.
     pub fn search<'a>(&'a self, given: &'a Given, grouping: &'a Grouping) -> Result<Search<'a>> {
         let Lattice { network, coefficients, .. } = given.lattice;
         let dofs = &given.body.dofs;
@@ -73,21 +74,27 @@ impl Goal {
                     objectives::large::Target { network, grouping, coefficients, dofs, symbolic, search, linear };
                 Ok(Search::Large(target))
             }
-            Self::Matrix(_) => Ok(Search::Linear(self.matrix(given).expect("a matrix goal").reduce(grouping))),
+            Self::Matrix(_) => {
+                let reduced = self.matrix(given).expect("a matrix goal").reduce(grouping);
+                check_determined("matrix", &reduced, grouping)?;
+                Ok(Search::Linear(reduced))
+            }
             Self::Acceleration(states, masses) => {
                 let linear = given.scene.calibration.acceleration.as_ref().is_some_and(|settings| settings.linear);
                 let force = if linear { acceleration::Force::Linearised } else { acceleration::Force::Full };
-                acceleration::Target { network, coefficients, dofs, masses, states, force }
-                    .reduce(grouping)
-                    .map(Search::Linear)
+                let target = acceleration::Target { network, coefficients, dofs, masses, states, force };
+                let reduced = target.reduce(grouping)?;
+                check_determined("acceleration", &reduced, grouping)?;
+                Ok(Search::Linear(reduced))
             }
             Self::Given(phi) => Ok(Search::Known(phi.clone())),
         }
     }
 
-    /// The part of K_ref that no spring can answer for, percent; none for other objectives.
-    pub fn outside_pattern(&self, given: &Given) -> Option<f64> {
-        self.matrix(given).map(|target| target.outside())
+    /// What the matrices compare and what no spring can answer for; none for other objectives.
+    pub fn matrices(&self, given: &Given) -> Option<Matrices> {
+        let target = self.matrix(given)?;
+        Some(Matrices { compared_frobenius: target.norm(), outside_pattern: target.outside() })
     }
 
     fn matrix<'a>(&'a self, given: &Given<'a>) -> Option<matrix::Target<'a>> {

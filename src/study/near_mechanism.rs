@@ -8,6 +8,9 @@
 
 use serde::Serialize;
 
+use crate::calibration::objectives;
+use crate::scene::Scene;
+
 use super::body::Body;
 use super::generalisation::Generalisation;
 
@@ -49,19 +52,34 @@ impl Moving {
     }
 }
 
+/// What to do about a network of so many groups that is open: what the objective of the scene listens to.
+pub fn advice(scene: &Scene, groups: usize) -> String {
+    let objective = objectives::find(&scene.calibration.objective);
+    let mut ways: Vec<&str> = objective.map_or(vec![], |goal| goal.against_mechanisms.to_vec());
+    if groups > 1 && scene.calibration.optimiser().is_some() {
+        ways.push("use fewer groups");
+    }
+    if scene.takes_regularisation() {
+        let given = scene.regularisation() > 0.0;
+        ways.push(if given { "raise calibration.regularisation" } else { "set calibration.regularisation" });
+    }
+    match ways.split_last() {
+        Some((last, [])) => (*last).to_owned(),
+        Some((last, [first])) => format!("{first} or {last}"),
+        Some((last, before)) => format!("{}, or {last}", before.join(", ")),
+        None => String::new(),
+    }
+}
+
 impl Generalisation {
-    /// A word where the network is nearly a mechanism; the remedy depends on whether it was `fitted`.
-    pub fn warning(&self, fitted: bool) -> Option<String> {
-        let remedy = match fitted {
-            true => "fit more load cases, use fewer groups, or set calibration.regularisation",
-            false => "make springs stiffer there, or add some",
-        };
+    /// A word where the network is nearly a mechanism; `advice` is what to do about it.
+    pub fn warning(&self, advice: &str) -> Option<String> {
         let found = match self {
             Self::Measured(found) => found,
             Self::NotLookedFor { .. } => return None,
             Self::Mechanism { .. } => {
                 return Some(format!(
-                    "the network is a mechanism for some smooth load that is not in the scene: {remedy}"
+                    "the network is a mechanism for some smooth load that is not in the scene: {advice}"
                 ));
             }
         };
@@ -69,7 +87,7 @@ impl Generalisation {
         found.near_mechanism.then(|| {
             format!(
                 "the network is nearly a mechanism: it gives way {:.1} times as far as the continuum to the smooth load for \
-                 which it is softest, {}; {} nodes between ({low}) and ({high}) m move, node {} most; {remedy}",
+                 which it is softest, {}; {} nodes between ({low}) and ({high}) m move, node {} most; {advice}",
                 found.softest.compliance_ratio, found.softest.load, found.moving.nodes, found.moving.node
             )
         })

@@ -78,7 +78,7 @@ pub(super) fn calibrate(name: &str, text: String, progress: &Progress) -> Result
     Ok(Found {
         errors: [found.fitted.e_rms, found.fitted.e_max],
         stiffness: names.zip(found.phi.iter().copied()).collect(),
-        outside: found.outside_pattern,
+        outside: found.matrices.map(|matrices| matrices.outside_pattern),
     })
 }
 

@@ -22,6 +22,11 @@ pub struct Calibration {
     pub phi: Vec<f64>,
     /// Their upper bounds, like phi.
     pub upper: Vec<f64>,
+    /// For every group whether the fit determines its stiffness; the others have a stated one
+    /// ([`crate::calibration::linear::complete`]).
+    pub determined: Vec<bool>,
+    /// Why it does not determine them: a word for each reason.
+    pub left_out: Vec<String>,
     /// Stiffness k_s of every spring, N/m, its multiplicity included.
     pub stiffness: Vec<f64>,
     /// Displacements of the network, one vector over the free dofs for each load case, m.
@@ -32,8 +37,8 @@ pub struct Calibration {
     pub errors: Vec<Errors>,
     /// Errors over the fitted cases, percent.
     pub fitted: Errors,
-    /// The part of K_ref between nodes that no spring joins, percent of |K_ref|_F; only for the matrix objective.
-    pub outside_pattern: Option<f64>,
+    /// What the matrices leave to tell; only for the matrix objective.
+    pub matrices: Option<Matrices>,
     /// Global strain (4.17) of the continuum and of the network under each load case, percent.
     pub global_strain: Vec<[f64; 2]>,
     /// Work of the whole sweep.
@@ -65,6 +70,7 @@ impl Calibration {
         network::retain(&mut self.grouping.groups, &filled);
         network::retain(&mut self.phi, &filled);
         network::retain(&mut self.upper, &filled);
+        network::retain(&mut self.determined, &filled);
     }
 
     /// A word where the bounds, not the optimiser, decide: every group is at its upper bound.
@@ -78,6 +84,15 @@ impl Calibration {
             )
         })
     }
+}
+
+/// What the matrix objective compares, and what no spring can answer for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Matrices {
+    /// |K_ref|_F over the blocks that the reading compares, N/m.
+    pub compared_frobenius: f64,
+    /// The part of them between nodes that no spring joins, percent of `compared_frobenius`.
+    pub outside_pattern: f64,
 }
 
 /// One row of the sweep table.

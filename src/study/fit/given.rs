@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::calibration::errors::{self, Errors};
+use crate::calibration::linear::complete;
 use crate::calibration::objective::Counts;
 use crate::calibration::objectives::displacement::weights;
 use crate::calibration::optimisers::many;
@@ -26,7 +27,7 @@ use crate::study::linear_fit::Goal;
 use crate::study::loads::LoadCase;
 use crate::study::network::{self, Lattice};
 
-use super::{Calibration, Row, optimiser};
+use super::{Calibration, Matrices, Row, optimiser, undetermined};
 
 /// Bytes that the Jacobians of Gauss-Newton may take.
 pub(in crate::study) const LARGEST_JACOBIAN: f64 = 8e9;
@@ -156,7 +157,12 @@ impl Given<'_> {
         let shared =
             Shared { forces: &forces, reference: &targets, weights: &weights, dofs, solver: &solver, kept: &kept };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
-            .map_err(|error| checkpoint.failure().unwrap_or(error))
+            .map_err(|error| checkpoint.failure().unwrap_or(error).advised(self.advice(problems)))
+    }
+
+    /// What to do where the fit of a problem leaves a mechanism.
+    fn advice(&self, problems: &[SweepProblem]) -> String {
+        near_mechanism::advice(self.scene, problems.iter().map(|problem| problem.upper.len()).max().unwrap_or(1))
     }
 
     /// A digest of the numbers that the sweep begins with, and of the path of solution.
@@ -201,7 +207,7 @@ impl Given<'_> {
         Ok((displacement, Some(accuracy)))
     }
 
-    /// A network that bears the fitted loads and no others: the node that is loose.
+    /// A fitted network that does not bear every load, for it is nearly loose: the node that is.
     fn opened(&self, error: Error, problem: &SweepProblem, phi: &[f64]) -> Error {
         let (Error::Inaccurate { .. }, Some((stiffness, symbolic))) = (&error, problem.operator.assembled()) else {
             return error;
@@ -219,7 +225,7 @@ impl Given<'_> {
             Some(_) => "network that fits the loads with fit = true",
             None => "network with the given stiffness",
         };
-        Error::Mechanism { what: what.into(), modes: 1, motions }
+        Error::mechanism(what, 1, motions).advised(near_mechanism::advice(self.scene, phi.len()))
     }
 
     /// Errors of the fitted cases for their displacements (cases x n).
@@ -235,9 +241,11 @@ impl Given<'_> {
         best: usize,
         grouping: Grouping,
         problem: &SweepProblem,
-        outside_pattern: Option<f64>,
+        matrices: Option<Matrices>,
     ) -> Result<Calibration> {
-        let phi = sweep[best].outcome.phi.clone();
+        let mut phi = sweep[best].outcome.phi.clone();
+        let determined = undetermined::determined(self, problem, &grouping);
+        complete(&mut phi, &problem.upper, &determined);
         let n = self.body.dofs.len();
         let (displacement, accuracy) = self.under_all_loads(problem, &grouping, &phi)?;
         let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
@@ -255,7 +263,9 @@ impl Given<'_> {
             stiffness: weighting::stiffness(&grouping, &self.lattice.coefficients, &phi),
             global_strain,
             fitted: sweep[best].errors,
-            outside_pattern,
+            matrices,
+            left_out: undetermined::words(self, &grouping, &determined, &phi, &problem.upper),
+            determined,
             upper: problem.upper.clone(),
             sweep,
             best,

@@ -8,9 +8,11 @@
 //! |---|---|
 //! | `given` | what a fit works on, and its steps |
 //! | `calibration` | what it found |
+//! | `undetermined` | groups that the data do not determine |
 
 mod calibration;
 mod given;
+mod undetermined;
 
 use std::sync::Arc;
 
@@ -30,9 +32,10 @@ use super::linear_fit::{self, Goal};
 use super::network::Lattice;
 use super::spring_sets;
 
-pub use calibration::{Calibration, Row};
+pub use calibration::{Calibration, Matrices, Row};
 pub use given::Given;
 pub(super) use given::LARGEST_JACOBIAN;
+pub(super) use undetermined::check as check_determined;
 
 /// Fits the network of a scene to the reference; what is finished goes into the checkpoint, what is in it is not done again.
 ///
@@ -79,8 +82,7 @@ pub fn calibrate(given: Given, progress: &Progress, checkpoint: &Checkpoint) -> 
         .collect();
     let best = (0..sweep.len()).min_by(|&i, &j| rank(&sweep[i], &sweep[j])).expect("a sweep has a row");
     let grouping = groupings[best].clone();
-    let outside_pattern = goal.outside_pattern(&given);
-    given.finish(sweep, best, grouping, &problems[answer(best)], outside_pattern)
+    given.finish(sweep, best, grouping, &problems[answer(best)], goal.matrices(&given))
 }
 
 /// Rows by error; of equals the one with fewer groups, then the earlier.
