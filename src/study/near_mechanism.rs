@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::calibration::softest::{Softest, linear_loads, softest};
 use crate::calibration::sweep::SweepProblem;
 use crate::error::{Error, Result};
+use crate::readable::{short, significant};
 use crate::reference::{Reference, statics, stiffness};
 use crate::sparse::cholesky::Symbolic;
 use crate::springs::solver::{SpringOperator, SpringSolver};
@@ -126,13 +127,16 @@ impl Weakness {
                 return Some(words.into());
             }
         };
-        let [low, high] = found.region.map(|corner| corner.map(|x| format!("{x:.3}")).join(", "));
+        let [low, high] = found.region.map(|corner| corner.map(short).join(", "));
         found.near_mechanism.then(|| {
             format!(
-                "the network is nearly a mechanism: it gives way {:.1} times as far as the continuum to the smooth load that \
-                 it resists least (stiffness ratio {:.2}); {} nodes between ({low}) and ({high}) m move, node {} most; fit \
+                "the network is nearly a mechanism: it gives way {} times as far as the continuum to the smooth load that \
+                 it resists least (stiffness ratio {}); {} nodes between ({low}) and ({high}) m move, node {} most; fit \
                  more load cases, use fewer groups, or set calibration.regularisation",
-                found.compliance_ratio, found.stiffness_ratio, found.nodes, found.node
+                significant(found.compliance_ratio, 2),
+                significant(found.stiffness_ratio, 2),
+                found.nodes,
+                found.node
             )
         })
     }
