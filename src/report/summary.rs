@@ -97,12 +97,12 @@ fn groups(study: &Study, line: &mut Line) {
             () => "",
         };
         line(format!(
-            "{:<NAME$} {:>8} {:>10} {:>14.6e} {:>14.6e}{at}",
+            "{:<NAME$} {:>8} {:>10} {:>14} {:>14}{at}",
             numbered(number, &group.name, NAME),
             group.springs,
             significant(group.length, 4),
-            phi,
-            upper
+            significant(*phi, 7),
+            significant(*upper, 7)
         ));
     }
     if found.grouping.groups.len() > shown {

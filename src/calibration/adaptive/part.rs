@@ -160,6 +160,9 @@ mod tests {
         assert_eq!((whole.name(), above.name()), ("edge".to_owned(), "edge, z >= 0.5".to_owned()));
         assert_eq!((first.name(), rest.name()), ("edge, z < 0.31".to_owned(), "edge, 0.31 <= z < 0.5".to_owned()));
         assert_eq!(rest.springs, [2, 3]);
+        // a body of a micron: 3.1e-7 was written as 0
+        let [small, _] = whole.split(z, 3.1e-7, &[0], &bounds);
+        assert_eq!(small.name(), "edge, z < 3.1e-7");
     }
 
     /// Halves become whole again, neighbours become one range, and what has no common name keeps both.
