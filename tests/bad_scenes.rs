@@ -384,7 +384,10 @@ const WRONG_INPUT: &[Expectation] = &[
     (
         "formula_missing",
         12,
-        ["calibration.objective: no formula is given", "add calibration.formula, one of lloyd, van_gelder"],
+        [
+            "calibration.objective: no formula is given",
+            "add calibration.formula, one of lloyd, van_gelder, van_gelder_poisson, van_gelder_volume",
+        ],
     ),
     ("formula_name", 13, ["calibration.formula: unknown name \"loyd\"", "did you mean \"lloyd\"?"]),
     (
@@ -441,8 +444,16 @@ const WRONG_INPUT: &[Expectation] = &[
         "formula_hexahedra_van_gelder",
         13,
         [
-            "calibration.formula: van_gelder is for tetrahedra, and this is a hexahedron (cell 0)",
+            "calibration.formula: van_gelder_volume is for tetrahedra, and this is a hexahedron (cell 0)",
             "hexahedra have no formula",
+        ],
+    ),
+    (
+        "formula_tetrahedra",
+        15,
+        [
+            "calibration.formula: van_gelder is for triangles, and this is a tetrahedron (cell 0)",
+            "tetrahedra have \"van_gelder_volume\"",
         ],
     ),
     (

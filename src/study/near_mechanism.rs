@@ -9,6 +9,7 @@
 use serde::Serialize;
 
 use crate::calibration::objectives;
+use crate::readable::{short, significant};
 use crate::scene::Scene;
 
 use super::body::Body;
@@ -83,12 +84,15 @@ impl Generalisation {
                 ));
             }
         };
-        let [low, high] = found.moving.region.map(|corner| corner.map(|x| format!("{x:.3}")).join(", "));
+        let [low, high] = found.moving.region.map(|corner| corner.map(short).join(", "));
         found.near_mechanism.then(|| {
             format!(
-                "the network is nearly a mechanism: it gives way {:.1} times as far as the continuum to the smooth load for \
-                 which it is softest, {}; {} nodes between ({low}) and ({high}) m move, node {} most; {advice}",
-                found.softest.compliance_ratio, found.softest.load, found.moving.nodes, found.moving.node
+                "the network is nearly a mechanism: it gives way {} times as far as the continuum to the smooth load for which it is \
+                 softest, {}; {} nodes between ({low}) and ({high}) m move, node {} most; {advice}",
+                significant(found.softest.compliance_ratio, 2),
+                found.softest.load,
+                found.moving.nodes,
+                found.moving.node
             )
         })
     }

@@ -6,6 +6,7 @@ use crate::calibration::adaptive::Rung;
 use crate::calibration::errors::Errors;
 use crate::calibration::objective::Counts;
 use crate::calibration::optimiser::Outcome;
+use crate::readable::significant;
 use crate::sparse::condition::Accuracy;
 use crate::springs::grouping::Grouping;
 use crate::study::network;
@@ -78,9 +79,9 @@ impl Calibration {
         let at_bound = |(phi, upper): (&f64, &f64)| *phi >= (1.0 - 1e-9) * upper;
         self.phi.iter().zip(&self.upper).all(at_bound).then(|| {
             format!(
-                "every group is at its upper bound (5.8): the network cannot be as stiff as the body (e_rms {:.1} %); \
+                "every group is at its upper bound (5.8): the network cannot be as stiff as the body (e_rms {} %); \
                  use cells of more equal sides",
-                self.fitted.e_rms
+                significant(self.fitted.e_rms, 3)
             )
         })
     }
