@@ -17,7 +17,6 @@ use crate::scene::{Masses, Scene, Snapshot};
 use crate::springs::grouping::Grouping;
 
 use super::body::Body;
-use super::continuum::Continuum;
 use super::fit::{Given, Matrices, check_determined};
 use super::given_stiffness;
 use super::large;

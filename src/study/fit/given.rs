@@ -25,6 +25,7 @@ use crate::study::checkpoint::{self, Checkpoint};
 use crate::study::large;
 use crate::study::linear_fit::Goal;
 use crate::study::loads::LoadCase;
+use crate::study::near_mechanism;
 use crate::study::network::{self, Lattice};
 
 use super::{Calibration, Matrices, Row, optimiser, undetermined};
