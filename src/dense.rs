@@ -16,6 +16,8 @@
 //!
 //! p = -W^-1 q + W^-1 J^T (I + J W^-1 J^T)^-1 J W^-1 q.
 
+pub mod rank;
+
 use std::ops::Range;
 
 use faer::dyn_stack::{MemBuffer, MemStack};

@@ -53,12 +53,14 @@ pub enum Error {
     /// The network or body can move without resistance.
     #[error("the {what} is a mechanism with {modes} zero mode{}: {}", if *modes == 1 { "" } else { "s" }, list(motions))]
     Mechanism {
-        /// "spring network" or "reference body".
+        /// "reference body", "spring network" before a fit, "fitted network" after it.
         what: String,
         /// Independent ways to move without resistance.
         modes: usize,
         /// The first of them in words, such as "node 5 can move along x".
         motions: Vec<String>,
+        /// What to do.
+        help: String,
     },
     /// A run that would need more than there is, or more than the scene allows.
     #[error("the run needs about {estimate}, and {limit}")]
@@ -144,6 +146,12 @@ pub enum Error {
     Interrupted,
 }
 
+/// What to do about a reference body that is a mechanism.
+const LOOSE_BODY: &str = "support more nodes or components, or let support.fix_rigid = true hold what is loose";
+
+/// What to do about springs that are a mechanism before any fit.
+const LOOSE_SPRINGS: &str = "support more nodes, or use a topology with diagonals";
+
 /// Most motions that a message names.
 const NAMED_MOTIONS: usize = 6;
 
@@ -172,6 +180,21 @@ impl Error {
         Self::Input { key: key.into(), message: message.into(), help: help.into() }
     }
 
+    /// An [`Error::Mechanism`] with the usual help for a reference body or for springs.
+    pub fn mechanism(what: impl Into<String>, modes: usize, motions: Vec<String>) -> Self {
+        let what = what.into();
+        let help = if what.starts_with("reference") { LOOSE_BODY } else { LOOSE_SPRINGS };
+        Self::Mechanism { what, modes, motions, help: help.into() }
+    }
+
+    /// The same with what to do about a mechanism that a fit has made.
+    pub fn advised(mut self, advice: String) -> Self {
+        if let Self::Mechanism { help, .. } = &mut self {
+            *help = advice;
+        }
+        self
+    }
+
     /// The same with the load under which no equilibrium was found.
     pub fn under(mut self, load: &str) -> Self {
         if let Self::NoEquilibrium { what, .. } = &mut self {
@@ -187,13 +210,8 @@ impl Error {
             Self::FoldedElement { .. } => {
                 Some("move the control points, or the nodes of the mesh, so that no element folds".into())
             }
-            Self::Mechanism { what, .. } if what.starts_with("reference") => {
-                Some("support more nodes or components, or let support.fix_rigid = true hold what is loose".into())
-            }
-            Self::NotPositiveDefinite { .. } | Self::Mechanism { .. } => {
-                Some("support more nodes, or use a topology with diagonals".into())
-            }
-            Self::OverLimit { help, .. } => Some(help.clone()),
+            Self::NotPositiveDefinite { .. } => Some(LOOSE_SPRINGS.into()),
+            Self::Mechanism { help, .. } | Self::OverLimit { help, .. } => Some(help.clone()),
             Self::Inaccurate { .. } => Some("reduce the spread of the stiffness, or repair flat cells".into()),
             Self::NoEquilibrium { .. } => Some("apply the load in more steps, or reduce it".into()),
             Self::UnstableStep { help, .. } => Some(help.clone()),

@@ -176,7 +176,10 @@ impl<'a> One<'a> {
                 None => given(&|| Box::new(worker()), Some(&worker), None),
                 Some(prior) => given(&|| Box::new(Regularised::new(worker(), prior)), Some(&worker), None),
             },
-            Search::Linear(reduced) => given(&|| Box::new(Linear::new(reduced, &problem.upper)), None, Some(reduced)),
+            Search::Linear(reduced) => {
+                let found = given(&|| Box::new(Linear::new(reduced, upper)), None, Some(reduced))?;
+                Ok(Outcome { phi: reduced.completed(found.phi, upper), ..found })
+            }
             Search::Known(phi) => Ok(Outcome::known(phi.clone())),
         }
     }

@@ -20,5 +20,5 @@ pub fn mechanism(what: impl Into<String>, modes: &ZeroModes, dofs: &DofMap) -> E
         }
         format!("node {most} can move along {}", direction_name(moved[most]))
     });
-    Error::Mechanism { what: what.into(), modes: modes.count, motions: motions.collect() }
+    Error::mechanism(what, modes.count, motions.collect())
 }

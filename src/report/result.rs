@@ -16,8 +16,8 @@ use crate::report::converged::{self, Converged};
 use crate::report::ladder;
 use crate::report::motion::Dynamics;
 use crate::scene::Scene;
+use crate::study::generalisation::Generalisation;
 use crate::study::mesh_quality::MeshQuality;
-use crate::study::near_mechanism::Weakness;
 use crate::study::plan::Sizes;
 use crate::study::{Study, fit};
 
@@ -113,20 +113,24 @@ struct Large {
 #[derive(Debug, Serialize)]
 struct Calibration<'a> {
     objective: &'a str,
-    /// The optimiser, or the formula.
+    /// The optimiser, or the formula; "none" for a stiffness that is known.
     optimiser: &'a str,
     gamma: Option<f64>,
     e_rms: f64,
     e_max: f64,
-    /// What the optimiser made small, percent: e_rms again for the objective displacement; none for a formula.
+    /// What the optimiser made small, percent: e_rms again for the objective displacement; none where nothing is fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     objective_error: Option<f64>,
-    /// The part of K_ref that no spring answers for, percent; only for the objective matrix.
+    /// Frobenius norm of the blocks of K_ref that the reading compares, N/m; only for the objective matrix, of which
+    /// `objective_error` and `outside_pattern` are percentages then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    compared_frobenius: Option<f64>,
+    /// The part of these blocks that no spring answers for, percent; only for the objective matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     outside_pattern: Option<f64>,
     /// The largest of all load cases.
     global_strain: GlobalStrain,
-    weakness: &'a Weakness,
+    generalisation: &'a Generalisation,
     stop: &'static str,
     groups: Vec<Group<'a>>,
     fitted: Vec<Case<'a>>,
@@ -164,6 +168,8 @@ struct Group<'a> {
     stiffness: f64,
     lower: f64,
     upper: f64,
+    /// False for a group that nothing in the fit depends on: its stiffness is stated, not fitted.
+    determined: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -303,13 +309,14 @@ fn calibration(study: &Study) -> Calibration<'_> {
     let found = &study.calibration;
     let best = &found.sweep[found.best];
     let given = &study.scene.calibration;
-    let groups = found.grouping.groups.iter().zip(&found.phi).zip(&found.upper).map(|((group, phi), upper)| Group {
+    let groups = found.grouping.groups.iter().enumerate().map(|(a, group)| Group {
         name: &group.name,
         springs: group.springs,
         length: group.length,
-        stiffness: *phi,
+        stiffness: found.phi[a],
         lower: 0.0,
-        upper: *upper,
+        upper: found.upper[a],
+        determined: found.determined[a],
     });
     let cases = |fit: bool| -> Vec<Case> {
         let chosen = (0..study.loads.len()).filter(|&c| study.loads[c].fit == fit);
@@ -321,14 +328,15 @@ fn calibration(study: &Study) -> Calibration<'_> {
     };
     Calibration {
         objective: &given.objective,
-        optimiser: given.optimiser().or(given.formula.as_deref()).unwrap_or_default(),
+        optimiser: given.source(),
         gamma: best.gamma,
         e_rms: found.fitted.e_rms,
         e_max: found.fitted.e_max,
         objective_error: objective_error(best),
-        outside_pattern: found.outside_pattern,
+        compared_frobenius: found.matrices.map(|matrices| matrices.compared_frobenius),
+        outside_pattern: found.matrices.map(|matrices| matrices.outside_pattern),
         global_strain: GlobalStrain::of(found.largest_strain()),
-        weakness: &found.weakness,
+        generalisation: &study.generalisation,
         stop: best.outcome.stop.name(),
         groups: groups.collect(),
         fitted: cases(true),

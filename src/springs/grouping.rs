@@ -6,17 +6,23 @@
 //! | `place` | springs that lie alike in the grid: kind, direction, direction and multiplicity, each by itself |
 //! | `k_means` | clusters of springs that are near in direction, length and position |
 //! | `sets` | parts of the body that the scene names |
+//! | [`numbers`] | springs that need the same number, where that is known |
 //!
 //! Every spring is in exactly one group, and no group is empty.
 
 mod k_means;
 mod length;
+pub mod numbers;
 mod place;
 mod sets;
 
 use crate::error::Result;
+use crate::geometry::dofs::{DofMap, FIXED};
 
-use super::network::Network;
+use super::network::{Network, Spring};
+
+/// A spring of which less than this part points along free components acts on held ones only.
+const ACTING: f64 = 1e-13;
 
 /// What a rule is asked for; each reads what concerns it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -139,6 +145,21 @@ pub struct Grouping {
     pub group_of: Vec<u32>,
     /// The groups, none of them empty.
     pub groups: Vec<Group>,
+}
+
+impl Grouping {
+    /// For every group whether any of its springs acts on a free component of a node: K(phi) does not depend on the others.
+    pub fn acting(&self, network: &Network, dofs: &DofMap) -> Vec<bool> {
+        let along_free = |Spring { nodes, direction, .. }: &Spring| {
+            let ends = nodes.iter().flat_map(|&node| dofs.free(node as usize).iter().zip(direction));
+            ends.filter(|(dof, _)| **dof != FIXED).map(|(_, d)| d * d).sum::<f64>()
+        };
+        let mut acting = vec![false; self.groups.len()];
+        for (spring, &group) in network.springs.iter().zip(&self.group_of) {
+            acting[group as usize] |= along_free(spring) > ACTING * ACTING;
+        }
+        acting
+    }
 }
 
 /// Two groupings of one network are the same when they put every spring into the same group.

@@ -207,7 +207,7 @@ fn cells_around(grid: &Grid, index: [usize; 3], offset: [i8; 3]) -> u32 {
 }
 
 /// Length of the diagonal of the box around the points, m.
-pub(super) fn diagonal(positions: &[[f64; 3]]) -> f64 {
+pub fn diagonal(positions: &[[f64; 3]]) -> f64 {
     let extent = |a: usize| {
         let (low, high) =
             positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x[a]), high.max(x[a])));

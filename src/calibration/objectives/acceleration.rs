@@ -26,7 +26,8 @@
 //! static state of a load c resists with c itself; all stays linear in phi, so that springs are fitted to forces at any turn in
 //! one step. Static states of slender bodies fit badly, though: there a small force is left of large ones that cancel, in the
 //! body and not in the network. Uniform states do better.
-//! Springs that a state neither stretches nor shortens have no part in it, and their group no answer.
+//! Springs that a state neither stretches nor shortens have no part in it; a group that none of the states stretches is
+//! left out ([`crate::calibration::linear`]).
 //! Nor do uniform states tell many groups apart: a homogeneous network (weighting "cells") of central springs has two moduli
 //! on a square or cubic grid, c11 and c12 = c44, so the third kind of a cube needs a state that is not uniform, or weighting
 //! "springs", which makes the border another network than the inside.
@@ -37,9 +38,6 @@ use crate::geometry::dofs::{DofMap, FIXED};
 use crate::springs::force;
 use crate::springs::grouping::Grouping;
 use crate::springs::network::Network;
-
-/// A group that pulls less than this part of the one that pulls most does not pull: its springs changed by rounding.
-const IDLE: f64 = 1e-12;
 
 /// The elastic force of the springs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,14 +80,16 @@ impl Target<'_> {
     /// The least-squares problem of a grouping, distances in percent.
     ///
     /// # Errors
-    /// [`Error::Input`] for a state in which the continuum rests, or a group that no state stretches.
+    /// [`Error::Input`] for a state in which the continuum rests.
     pub fn reduce(&self, grouping: &Grouping) -> Result<Reduced> {
         let groups = grouping.groups.len();
         let mut rows = Rows::new(groups);
         let mut row = vec![0.0; groups + 1];
+        let mut terms = vec![0.0; groups];
         for state in self.states {
             let weights = self.weights(state)?;
             let forces = self.forces(state, grouping);
+            self.add_terms(state, grouping, &weights, &mut terms);
             for (dof, weight) in weights.iter().enumerate() {
                 for (group, entry) in row[..groups].iter_mut().enumerate() {
                     *entry = -weight * forces[group * self.dofs.len() + dof];
@@ -98,9 +98,25 @@ impl Target<'_> {
                 rows.push(&row);
             }
         }
-        let reduced = rows.reduced(100.0 / (self.states.len() as f64).sqrt());
-        self.check_acting(grouping, &reduced.column_norms())?;
-        Ok(reduced)
+        let terms: Vec<f64> = terms.into_iter().map(f64::sqrt).collect();
+        Ok(rows.reduced(100.0 / (self.states.len() as f64).sqrt(), &terms))
+    }
+
+    /// Adds the squares of the terms that the pulls of every group are made of: a pull is a stiffness times a difference of places
+    /// (of displacements, where it is linearised), and the difference is known to the rounding of these.
+    fn add_terms(&self, state: &State, grouping: &Grouping, weights: &[f64], squares: &mut [f64]) {
+        let size = |v: [f64; 3]| v.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        for (s, spring) in self.network.springs.iter().enumerate() {
+            let of_node = |node: u32| match self.force {
+                Force::Full => size(self.network.positions[node as usize]) + size(state.displacement[node as usize]),
+                Force::Linearised => size(state.displacement[node as usize]),
+            };
+            let term = self.coefficients[s] * spring.nodes.into_iter().map(of_node).sum::<f64>();
+            let dofs = spring.nodes.into_iter().flat_map(|node| self.dofs.free(node as usize));
+            let heaviest =
+                dofs.filter(|dof| **dof != FIXED).fold(0.0_f64, |most, &dof| most.max(weights[dof as usize]));
+            squares[grouping.group_of[s] as usize] += (heaviest * term).powi(2);
+        }
     }
 
     /// 1 / m_i for every free degree of freedom, over the norm of the accelerations of the continuum.
@@ -135,18 +151,5 @@ impl Target<'_> {
             }
         }
         forces
-    }
-
-    /// Refuses a group that pulls no free node in any state although it could; `pulls` is the size of its column.
-    fn check_acting(&self, grouping: &Grouping, pulls: &[f64]) -> Result<()> {
-        let least = IDLE * pulls.iter().fold(0.0_f64, |a, b| a.max(*b));
-        let free = |node: &u32| self.dofs.free(*node as usize).iter().any(|&dof| dof != FIXED);
-        let mut pairs = self.network.springs.iter().zip(&grouping.group_of);
-        let idle = pairs.find(|(spring, group)| pulls[**group as usize] <= least && spring.nodes.iter().any(free));
-        let Some((_, &group)) = idle else { return Ok(()) };
-        let name = &grouping.groups[group as usize].name;
-        let message = format!("the springs of group {name} keep their length, or pull in balance, in every state");
-        let help = "add a snapshot that stretches them, such as { stretch = [0.1, 0.0] }, or use fewer groups";
-        Err(Error::input("calibration.acceleration.snapshots", message, help))
     }
 }

@@ -4,7 +4,7 @@
 //! e = 100 |K_ref - K(phi)|_F / |K_ref|_F,      K(phi) = sum_a phi_a K_a
 //! ```
 //!
-//! over the free degrees of freedom, in percent. A spring s between the nodes i and j with direction d puts
+//! over the free degrees of freedom, in percent; both norms run over the same blocks, those that the reading compares. A spring s between the nodes i and j with direction d puts
 //!
 //! ```text
 //! -k_s d d^T into the blocks ij and ji,      k_s d d^T into the blocks ii and jj,       k_s = phi_a w_s
@@ -13,11 +13,13 @@
 //! Two readings of the distance exist, and both are offered: *full* compares all blocks, *off_diagonal* only those
 //! with i != j. A rigid motion stresses neither body, so the diagonal blocks repeat what the others say; a network that
 //! cannot meet all of them finds another compromise with them than without. On one square bilinear element at nu = 1/3
-//! the off-diagonal reading gives 5/16 and 7/16 E t, which is (3.13), and the full one 17/56 and 23/56.
+//! the off-diagonal reading gives 5/16 and 7/16 E t, which is (3.13), and the full one 17/56 and 23/56. A spring that ends at a
+//! held node has no block with i != j over the free degrees of freedom: the off-diagonal reading does not see it.
 //!
 //! Where a reference couples nodes that no spring joins (a spline of degree two couples nodes two steps apart), no phi can
 //! help: that part of the distance is reported by itself, as [`Target::outside`], and left out of e. Both are fractions of
-//! the same |K_ref|_F, so the distance of the whole matrices is the root of the sum of their squares.
+//! the same norm, [`Target::norm`]: that of K_ref in the full reading, that of its blocks with i != j in the other, whose diagonal
+//! blocks are the larger part of |K_ref|_F. The distance of all blocks compared is the root of the sum of their squares.
 //!
 //! As a least-squares problem: an off-diagonal block belongs to one spring, hence to one group, so these equations fall
 //! apart into one for each group; only the diagonal blocks couple groups.
@@ -56,17 +58,32 @@ pub struct Target<'a> {
 }
 
 impl Target<'_> {
-    /// The least-squares problem of a grouping, distances in percent of |K_ref|_F.
+    /// The least-squares problem of a grouping, distances in percent of [`Target::norm`].
     pub fn reduce(&self, grouping: &Grouping) -> Reduced {
         let mut rows = Rows::new(grouping.groups.len());
         self.push_off_diagonal(grouping, &mut rows);
         if self.reading == Reading::Full {
             self.push_diagonal(grouping, &mut rows);
         }
-        rows.reduced(100.0 / self.squares().0.sqrt())
+        rows.reduced(100.0 / self.norm(), &self.terms(grouping))
     }
 
-    /// The part of K_ref between nodes that no spring joins, in percent of |K_ref|_F.
+    /// Norm of what the entries of K_a would be if every component of every node were free and nothing cancelled, for each
+    /// group: sqrt(4 sum_s w_s^2), N/m at phi = 1.
+    fn terms(&self, grouping: &Grouping) -> Vec<f64> {
+        let mut squares = vec![0.0; grouping.groups.len()];
+        for (&group, coefficient) in grouping.group_of.iter().zip(self.coefficients) {
+            squares[group as usize] += 4.0 * coefficient * coefficient;
+        }
+        squares.into_iter().map(f64::sqrt).collect()
+    }
+
+    /// |K_ref|_F over the blocks that are compared, N/m: what distances are percent of.
+    pub fn norm(&self) -> f64 {
+        self.squares().0.sqrt()
+    }
+
+    /// The part of the compared blocks of K_ref between nodes that no spring joins, in percent of [`Target::norm`].
     pub fn outside(&self) -> f64 {
         let (all, outside) = self.squares();
         100.0 * (outside / all).sqrt()

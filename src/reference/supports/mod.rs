@@ -34,7 +34,7 @@ pub fn check(positions: &[[f64; 3]], mesh: Option<&Mesh>, dofs: &DofMap) -> Resu
     }
     match found.is_empty() {
         true => Ok(()),
-        false => Err(Error::Mechanism { what: "reference body".into(), modes: found.len(), motions: found }),
+        false => Err(Error::mechanism("reference body", found.len(), found)),
     }
 }
 
@@ -116,7 +116,7 @@ mod tests {
 
     fn loose(modes: usize, motions: &[&str]) -> Result<()> {
         let motions = motions.iter().map(|motion| (*motion).to_owned()).collect();
-        Err(Error::Mechanism { what: "reference body".into(), modes, motions })
+        Err(Error::mechanism("reference body", modes, motions))
     }
 
     #[test]

@@ -6,9 +6,9 @@ use crate::calibration::adaptive::Rung;
 use crate::calibration::errors::Errors;
 use crate::calibration::objective::Counts;
 use crate::calibration::optimiser::Outcome;
+use crate::readable::significant;
 use crate::sparse::condition::Accuracy;
 use crate::springs::grouping::Grouping;
-use crate::study::near_mechanism::Weakness;
 use crate::study::network;
 
 /// What a calibration found.
@@ -23,6 +23,11 @@ pub struct Calibration {
     pub phi: Vec<f64>,
     /// Their upper bounds, like phi.
     pub upper: Vec<f64>,
+    /// For every group whether the fit determines its stiffness; the others have a stated one
+    /// ([`crate::calibration::linear::complete`]).
+    pub determined: Vec<bool>,
+    /// Why it does not determine them: a word for each reason.
+    pub left_out: Vec<String>,
     /// Stiffness k_s of every spring, N/m, its multiplicity included.
     pub stiffness: Vec<f64>,
     /// Displacements of the network, one vector over the free dofs for each load case, m.
@@ -33,12 +38,10 @@ pub struct Calibration {
     pub errors: Vec<Errors>,
     /// Errors over the fitted cases, percent.
     pub fitted: Errors,
-    /// The part of K_ref between nodes that no spring joins, percent of |K_ref|_F; only for the matrix objective.
-    pub outside_pattern: Option<f64>,
+    /// What the matrices leave to tell; only for the matrix objective.
+    pub matrices: Option<Matrices>,
     /// Global strain (4.17) of the continuum and of the network under each load case, percent.
     pub global_strain: Vec<[f64; 2]>,
-    /// The motion that the network resists least.
-    pub weakness: Weakness,
     /// Work of the whole sweep.
     pub counts: Counts,
     /// The networks on the way, where the groups adapt; otherwise empty.
@@ -68,6 +71,7 @@ impl Calibration {
         network::retain(&mut self.grouping.groups, &filled);
         network::retain(&mut self.phi, &filled);
         network::retain(&mut self.upper, &filled);
+        network::retain(&mut self.determined, &filled);
     }
 
     /// A word where the bounds, not the optimiser, decide: every group is at its upper bound.
@@ -75,12 +79,21 @@ impl Calibration {
         let at_bound = |(phi, upper): (&f64, &f64)| *phi >= (1.0 - 1e-9) * upper;
         self.phi.iter().zip(&self.upper).all(at_bound).then(|| {
             format!(
-                "every group is at its upper bound (5.8): the network cannot be as stiff as the body (e_rms {:.1} %); \
+                "every group is at its upper bound (5.8): the network cannot be as stiff as the body (e_rms {} %); \
                  use cells of more equal sides",
-                self.fitted.e_rms
+                significant(self.fitted.e_rms, 3)
             )
         })
     }
+}
+
+/// What the matrix objective compares, and what no spring can answer for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Matrices {
+    /// |K_ref|_F over the blocks that the reading compares, N/m.
+    pub compared_frobenius: f64,
+    /// The part of them between nodes that no spring joins, percent of `compared_frobenius`.
+    pub outside_pattern: f64,
 }
 
 /// One row of the sweep table.
