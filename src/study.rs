@@ -225,6 +225,7 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
     let fitted = scene.calibration.optimiser().is_some();
     warnings.extend(calibration.warning().filter(|_| fitted));
     warnings.extend(calibration.left_out.iter().cloned());
+    warnings.extend(calibration.disagreement());
     let advice = near_mechanism::advice(&scene, calibration.phi.len());
     warnings.extend(generalisation.warning(&advice));
     let moved = dynamics.iter().flat_map(|data| &data.motions);

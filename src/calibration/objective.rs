@@ -5,7 +5,7 @@
 //! it evaluates with, and remembers the last phi it was asked for. Workers are made by [`Problem::make`], so that
 //! starts, chains and gammas run side by side.
 
-use std::ops::AddAssign;
+use std::ops::{AddAssign, Range};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -138,14 +138,20 @@ impl<'a> Problem<'a> {
         Self { make, displacement, linear, prior, upper, seed, index, side_by_side, progress, kept }
     }
 
-    /// Does the pieces of one stage; outcomes in their order.
+    /// Does the pieces of one stage with these numbers; outcomes in their order.
     pub fn pieces(
         &self,
         stage: Stage,
-        count: usize,
+        numbers: Range<usize>,
         work: impl Fn(usize) -> Result<Outcome> + Sync,
     ) -> Vec<Result<Outcome>> {
         let piece = |number| Piece { problem: self.index, stage, number };
-        each(self.side_by_side, count, |number| self.kept.or(piece(number), || work(number)))
+        let one = |i: usize| self.kept.or(piece(numbers.start + i), || work(numbers.start + i));
+        self.each(numbers.len(), one)
+    }
+
+    /// Does some work as the starts and chains of the problem do, side by side or one after the other; results in their order.
+    pub fn each<T: Send>(&self, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        each(self.side_by_side, count, work)
     }
 }

@@ -3,13 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::objective::{Counts, Problem};
-use crate::calibration::optimisers::{annealing, gauss_newton, hybrid, least_squares, many, surrogate};
+use crate::calibration::optimisers::{annealing, basins, gauss_newton, hybrid, least_squares, many, surrogate};
 use crate::error::Result;
 
 /// Settings of all optimisers; each reads what concerns it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Starting points of Gauss-Newton; `None`: as many as the groups ask for, see [`Settings::starts_for`].
+    /// Starting points of Gauss-Newton; `None`: as many as it takes, see [`Settings::starts_for`] and
+    /// [`crate::calibration::optimisers::basins`].
     pub starts: Option<usize>,
     /// Factorisations a start may spend.
     pub refactorisations: u64,
@@ -48,7 +49,7 @@ impl Settings {
         first * self.final_temperature.powf(elapsed)
     }
 
-    /// Starting points for a problem of `groups` groups. Unless they are given: one for a single group, whose best
+    /// Most starting points for a problem of `groups` groups. Unless they are given: one for a single group, whose best
     /// stiffness is known after one factorisation; otherwise 2 + 2 m and at most 32, for local minima come with groups.
     pub fn starts_for(&self, groups: usize) -> usize {
         let automatic = if groups == 1 { 1 } else { (2 + 2 * groups).min(32) };
@@ -66,6 +67,8 @@ pub enum Stop {
     NoPromise,
     /// No step along the model lowered the error.
     NoDescent,
+    /// It is at the bottom of a valley, but no other start found the same one, and no hop came back to it: there may be a lower one.
+    StartsDisagree,
     /// The factorisations of a start were spent.
     RefactorisationLimit,
     /// The evaluations were spent.
@@ -89,6 +92,7 @@ impl Stop {
             Self::Converged => "converged",
             Self::NoPromise => "model_promises_less_than_1e-4",
             Self::NoDescent => "no_descent",
+            Self::StartsDisagree => "starts_disagree",
             Self::RefactorisationLimit => "refactorisation_limit",
             Self::EvaluationLimit => "evaluation_limit",
             Self::Solved => "solved",
@@ -112,6 +116,24 @@ pub struct TracePoint {
     pub error: f64,
 }
 
+/// What several starts say of the best of them, see [`crate::calibration::optimisers::basins`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Agreement {
+    /// Starts.
+    pub starts: usize,
+    /// Those that ended within 1e-4 of the best error.
+    pub agreeing: usize,
+    /// How far the median of their errors is above the best one, percent of it.
+    pub median: f64,
+    /// How far the worst is, percent of the best.
+    pub worst: f64,
+    /// Hops from the best network.
+    pub hops: usize,
+    /// Those that came back to its error after the last lower one was found.
+    pub returned: usize,
+}
+
 /// What one start or chain found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -126,12 +148,14 @@ pub struct Outcome {
     pub counts: Counts,
     /// History of the start or chain that found it.
     pub trace: Vec<TracePoint>,
+    /// What the other starts say of it; none of a single search.
+    pub agreement: Option<Agreement>,
 }
 
 impl Outcome {
     /// Stiffnesses that nobody searched for; the error is not a number.
     pub fn known(phi: Vec<f64>) -> Self {
-        Self { phi, error: f64::NAN, stop: Stop::NotFitted, counts: Counts::default(), trace: vec![] }
+        Self { phi, error: f64::NAN, stop: Stop::NotFitted, counts: Counts::default(), trace: vec![], agreement: None }
     }
 
     /// This outcome continued by another one that began where it ended.
@@ -146,7 +170,7 @@ impl Outcome {
         let mut counts = self.counts;
         counts += next.counts;
         let (phi, error) = if next.error < self.error { (next.phi, next.error) } else { (self.phi, self.error) };
-        Self { phi, error, stop: next.stop, counts, trace }
+        Self { phi, error, stop: next.stop, counts, trace, agreement: None }
     }
 }
 
@@ -200,9 +224,9 @@ pub const OPTIMISERS: &[Optimiser] = &[
         run: gauss_newton::run,
         serves: Serves::All,
         uses_jacobian: true,
-        expected_evaluations: |settings, groups| {
-            let starts = if many::serves(groups) { 1 } else { settings.starts_for(groups) };
-            starts as u64 * settings.refactorisations + settings.polish
+        expected_evaluations: |settings, groups| match many::serves(groups) {
+            true => settings.refactorisations + settings.polish,
+            false => basins::expected_evaluations(settings, groups),
         },
     },
     Optimiser {

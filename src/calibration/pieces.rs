@@ -6,6 +6,7 @@
 //! | [`Stage::Start`] | one start of Gauss-Newton |
 //! | [`Stage::Chain`] | one chain of annealing |
 //! | [`Stage::Descent`] | Gauss-Newton from the end of a chain |
+//! | [`Stage::Hop`] | Gauss-Newton from a perturbed best network |
 //! | [`Stage::Polish`] | some factorisations of Gauss-Newton from the best of them |
 //!
 //! Every piece is a function of the problem, the seed, its own number and the pieces before it. So one that
@@ -27,6 +28,8 @@ pub enum Stage {
     Chain,
     /// Gauss-Newton from the end of a chain.
     Descent,
+    /// One hop: Gauss-Newton from the best network with some groups moved.
+    Hop,
     /// Some factorisations of Gauss-Newton from the best start or descent, or from the end of the polish before.
     Polish,
     /// A whole problem.

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::calibration::errors::Errors;
+use crate::calibration::optimiser::Agreement;
 use crate::clock;
 use crate::memory;
 use crate::reference::Path;
@@ -132,6 +133,9 @@ struct Calibration<'a> {
     global_strain: GlobalStrain,
     generalisation: &'a Generalisation,
     stop: &'static str,
+    /// What several starts say of the best of them; none of a single search.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    agreement: Option<Agreement>,
     groups: Vec<Group<'a>>,
     fitted: Vec<Case<'a>>,
     held_out: Vec<Case<'a>>,
@@ -170,6 +174,9 @@ struct Group<'a> {
     upper: f64,
     /// False for a group that nothing in the fit depends on: its stiffness is stated, not fitted.
     determined: bool,
+    /// Standard deviation of ln(stiffness) from the Jacobian; none at a bound, or where displacements are not fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    log_deviation: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -317,6 +324,7 @@ fn calibration(study: &Study) -> Calibration<'_> {
         lower: 0.0,
         upper: found.upper[a],
         determined: found.determined[a],
+        log_deviation: found.deviations[a],
     });
     let cases = |fit: bool| -> Vec<Case> {
         let chosen = (0..study.loads.len()).filter(|&c| study.loads[c].fit == fit);
@@ -338,6 +346,7 @@ fn calibration(study: &Study) -> Calibration<'_> {
         global_strain: GlobalStrain::of(found.largest_strain()),
         generalisation: &study.generalisation,
         stop: best.outcome.stop.name(),
+        agreement: best.outcome.agreement,
         groups: groups.collect(),
         fitted: cases(true),
         held_out: cases(false),

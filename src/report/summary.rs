@@ -93,7 +93,10 @@ fn is_fitted(study: &Study) -> bool {
 /// The groups that were found.
 fn groups(study: &Study, line: &mut Line) {
     let found = &study.calibration;
-    line(format!("\n{:<NAME$} {:>8} {:>10} {:>14} {:>14}", "group", "springs", "length m", "stiffness", "upper bound"));
+    line(format!(
+        "\n{:<NAME$} {:>8} {:>10} {:>14} {:>10} {:>14}",
+        "group", "springs", "length m", "stiffness", "sd of ln", "upper bound"
+    ));
     let shown = 32;
     for (number, group) in found.grouping.groups.iter().enumerate().take(shown) {
         let (phi, upper) = (&found.phi[number], &found.upper[number]);
@@ -105,16 +108,28 @@ fn groups(study: &Study, line: &mut Line) {
             () => "",
         };
         line(format!(
-            "{:<NAME$} {:>8} {:>10} {:>14} {:>14}{at}",
+            "{:<NAME$} {:>8} {:>10} {:>14} {:>10} {:>14}{at}",
             numbered(number, &group.name, NAME),
             group.springs,
             significant(group.length, 4),
             significant(*phi, 7),
+            found.deviations[number].map_or("-".to_owned(), |deviation| significant(deviation, 2)),
             significant(*upper, 7)
         ));
     }
     if found.grouping.groups.len() > shown {
         line(format!("... and {} more (result.json has all)", found.grouping.groups.len() - shown));
+    }
+    if let Some(of) = &found.sweep[found.best].outcome.agreement {
+        line(format!(
+            "{} of {} starts end at the best error, their median {} % above it, the worst {} %; {} hops, {} came back to it",
+            of.agreeing,
+            of.starts,
+            significant(of.median, 2),
+            significant(of.worst, 2),
+            of.hops,
+            of.returned
+        ));
     }
 }
 

@@ -166,6 +166,7 @@ fn outcome(ladder: &Ladder) -> Outcome {
         stop: ladder.stop,
         counts: ladder.rungs[ladder.rungs.len() - 1].counts,
         trace: ladder.rungs.iter().map(point).collect(),
+        agreement: None,
     }
 }
 

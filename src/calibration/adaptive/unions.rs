@@ -55,8 +55,8 @@ pub fn unions(phi: &[f64], upper: &[f64], model: &Model) -> Vec<Union> {
     }
     // groups at rest at 0 lose nothing, to rounding: the first two are taken
     let floor = NOTHING * dot(&model.residual, &model.residual);
-    let gains: Vec<f64> = found.iter().map(|union| -union.loss.max(0.0)).collect();
-    ranked_within(&gains, |best| best * (1.0 + TIE) - floor).into_iter().map(|i| found[i]).collect()
+    let gains: Vec<f64> = found.iter().map(|union| -union.loss).collect();
+    ranked_within(&gains, |best| best - TIE * best.abs() - floor).into_iter().map(|i| found[i]).collect()
 }
 
 impl Pair {

@@ -47,7 +47,7 @@ pub fn chains(problem: &Problem, settings: &Settings) -> Result<Vec<Outcome>> {
         settings.evaluations / count as u64 + u64::from((chain as u64) < settings.evaluations % count as u64)
     };
     let chain = |chain| anneal(problem, settings, chain, share(chain).max(1));
-    problem.pieces(Stage::Chain, count, chain).into_iter().collect()
+    problem.pieces(Stage::Chain, 0..count, chain).into_iter().collect()
 }
 
 /// One chain of Algorithm 3.1.
@@ -57,8 +57,14 @@ fn anneal(problem: &Problem, settings: &Settings, chain: usize, evaluations: u64
     let mut objective = (problem.make)();
     let phi = start(problem, chain, &mut stream);
     let error = objective.error(&phi)?;
-    let mut found =
-        Outcome { phi: phi.clone(), error, stop: Stop::EvaluationLimit, counts: objective.counts(), trace: vec![] };
+    let mut found = Outcome {
+        phi: phi.clone(),
+        error,
+        stop: Stop::EvaluationLimit,
+        counts: objective.counts(),
+        trace: vec![],
+        agreement: None,
+    };
     record(&mut found, &clock, objective.as_ref());
     let mut walk = Walk::new(phi, error, LONGEST_STEP);
     let first_temperature = settings.initial_temperature * error;

@@ -13,14 +13,13 @@
 //! where the logarithm would stall. After each trial the best common factor of all stiffnesses is applied, which costs
 //! nothing.
 //!
-//! Many groups leave flat valleys and local minima, so several starts spend a few factorisations each, and only the best
-//! of them is polished. On fine meshes a model of the whole network takes the place of the linear one ([`reduced`]); with
+//! Many groups leave flat valleys and local minima, so several starts spend a few factorisations each ([`basins`]). On fine meshes a model of the whole network takes the place of the linear one ([`reduced`]); with
 //! hundreds of groups products with the Jacobian take the place of the Jacobian ([`many`]).
 
 use crate::calibration::objective::{Objective, Problem};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint, best};
 use crate::calibration::optimisers::descent::{DAMPING, Descent, LARGEST_DAMPING};
-use crate::calibration::optimisers::{many, reduced};
+use crate::calibration::optimisers::{basins, many, reduced};
 use crate::calibration::pieces::{Piece, Stage};
 use crate::clock::Stopwatch;
 use crate::error::{Error, Result};
@@ -31,6 +30,9 @@ const START: f64 = 0.1;
 
 /// Factorisations of one piece of the polish: what is lost at most when a run is stopped.
 const POLISH: u64 = 20;
+
+/// Most pieces of one polish.
+const PIECES: usize = 10_000;
 
 /// Runs all starts and returns the best.
 ///
@@ -43,8 +45,7 @@ pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
     if let Some(worker) = reduced::worker(problem) {
         return reduced::run(problem, settings, worker);
     }
-    let starts: Vec<Vec<f64>> = (0..settings.starts_for(problem.upper.len())).map(|s| start(problem, s)).collect();
-    from(problem, settings, &starts)
+    basins::search(problem, settings)
 }
 
 /// Runs from these stiffnesses and returns the best outcome, polished.
@@ -52,7 +53,7 @@ pub fn run(problem: &Problem, settings: &Settings) -> Result<Outcome> {
 /// # Errors
 /// As [`run`].
 pub fn from(problem: &Problem, settings: &Settings, starts: &[Vec<f64>]) -> Result<Outcome> {
-    let outcomes = problem.pieces(Stage::Start, starts.len(), |s| descend(problem, settings, &starts[s]));
+    let outcomes = problem.pieces(Stage::Start, 0..starts.len(), |s| descend(problem, settings, &starts[s]));
     let mut found = Vec::new();
     let mut failure = None;
     for outcome in outcomes {
@@ -64,23 +65,24 @@ pub fn from(problem: &Problem, settings: &Settings, starts: &[Vec<f64>]) -> Resu
     }
     match failure {
         Some(error) if found.is_empty() => Err(error),
-        _ => polish(problem, settings, best(found)),
+        _ => polish(problem, settings, (0, best(found))),
     }
 }
 
-/// Goes on from an outcome that had spent its factorisations, in pieces that begin anew with the first damping.
+/// Goes on from an outcome that had spent its factorisations, in pieces that begin anew with the first damping; `place` is its
+/// number among those that are polished.
 ///
 /// # Errors
 /// As [`descend`].
-pub fn polish(problem: &Problem, settings: &Settings, mut found: Outcome) -> Result<Outcome> {
+pub fn polish(problem: &Problem, settings: &Settings, (place, mut found): (usize, Outcome)) -> Result<Outcome> {
     let mut left = settings.polish;
-    for number in 0.. {
+    for part in 0..PIECES {
         if found.stop != Stop::RefactorisationLimit || left == 0 {
             break;
         }
         let further = Settings { refactorisations: left.min(POLISH), ..*settings };
         left -= further.refactorisations;
-        let piece = Piece { problem: problem.index, stage: Stage::Polish, number };
+        let piece = Piece { problem: problem.index, stage: Stage::Polish, number: place * PIECES + part };
         let next = problem.kept.or(piece, || descend(problem, &further, &found.phi))?;
         found = found.followed_by(next);
     }
@@ -172,7 +174,7 @@ pub fn descend(problem: &Problem, settings: &Settings, from: &[f64]) -> Result<O
             break Stop::Converged;
         }
     };
-    Ok(Outcome { phi, error, stop, counts: objective.counts(), trace })
+    Ok(Outcome { phi, error, stop, counts: objective.counts(), trace, agreement: None })
 }
 
 fn point(clock: &Stopwatch, objective: &dyn Objective, error: f64) -> TracePoint {

@@ -47,7 +47,7 @@ pub fn run(problem: &Problem, _settings: &Settings) -> Result<Outcome> {
     let error = reduced.distance(&phi);
     let counts = Counts { evaluations: 1, ..Counts::default() };
     let trace = vec![TracePoint { seconds: clock.seconds(), refactorisations: 0, error }];
-    Ok(Outcome { phi, error, stop: Stop::Solved, counts, trace })
+    Ok(Outcome { phi, error, stop: Stop::Solved, counts, trace, agreement: None })
 }
 
 /// The refusal of an objective that is not linear in phi.

@@ -106,7 +106,7 @@ pub fn run<'a>(problem: &Problem<'a>, settings: &Settings, worker: Displacement<
             break stop;
         }
     };
-    Ok(Outcome { counts: search.worker.counts(), phi: search.phi, error: search.error, stop, trace })
+    Ok(Outcome { counts: search.worker.counts(), phi: search.phi, error: search.error, stop, trace, agreement: None })
 }
 
 /// The search and the place it has reached.

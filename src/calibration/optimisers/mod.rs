@@ -1,6 +1,7 @@
 //! Ways to find the smallest error.
 
 pub mod annealing;
+pub mod basins;
 pub mod descent;
 pub mod gauss_newton;
 pub mod hybrid;

@@ -18,7 +18,8 @@
 //!
 //! Rounds end when the model, with the derivatives at the best place in V and so right there to first order, promises less
 //! than 1e-4 of the error (or the tolerance of the settings, if that is larger). All starts share V: a
-//! later one goes down on the model first, and is solved on the mesh only if that ends lower than all before.
+//! later one goes down on the model first, and is solved on the mesh only if that ends lower than all before. So do hops
+//! from the best of them ([`basins`]), and the ends of the model say whether starts agree.
 //!
 //! V needs to contain the right directions, not exact numbers: displacements on the way are solved to 1e-6, derivatives
 //! to 1e-4, the answer to the full tolerance.
@@ -29,7 +30,7 @@
 use crate::calibration::objective::{Counts, Objective, Problem};
 use crate::calibration::objectives::displacement::{Displacement, Target};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint};
-use crate::calibration::optimisers::gauss_newton;
+use crate::calibration::optimisers::{basins, gauss_newton};
 use crate::calibration::surrogate::galerkin::Galerkin;
 use crate::calibration::surrogate::walker::{Trust, Walker};
 use crate::clock::{Progress, Stopwatch};
@@ -95,15 +96,16 @@ pub fn capacity(cases: usize, groups: usize) -> usize {
 /// When no start has a positive definite K, or on interruption.
 pub fn run<'a>(problem: &Problem<'a>, settings: &Settings, worker: Displacement<'a>) -> Result<Outcome> {
     let mut search = Search::new(problem, settings, worker);
-    let mut failure = None;
+    let (mut failure, mut errors) = (None, Vec::new());
     for start in 0..settings.starts_for(problem.upper.len()) {
         match search.descend_from(&gauss_newton::start(problem, start)) {
-            Ok(()) => {}
+            Ok(error) => errors.push(error),
             Err(error @ (Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. })) => failure = Some(error),
             Err(other) => return Err(other),
         }
     }
-    search.finish(failure)
+    let hops = if settings.starts.is_none() && errors.len() > 1 { search.hop(&errors)? } else { [0, 0] };
+    search.finish(failure).map(|found| if errors.is_empty() { found } else { found.agreed(&mut errors, hops) })
 }
 
 /// A place and the error there, percent.
@@ -111,6 +113,14 @@ pub fn run<'a>(problem: &Problem<'a>, settings: &Settings, worker: Displacement<
 struct Place {
     phi: Vec<f64>,
     error: f64,
+}
+
+/// How a start begins.
+enum Begun {
+    /// On the mesh.
+    At(Place),
+    /// Not: the model ends no lower than what is known, with this error.
+    Higher(f64),
 }
 
 struct Search<'s, 'a> {
@@ -145,17 +155,49 @@ impl<'s, 'a> Search<'s, 'a> {
         }
     }
 
-    /// Rounds from one start until it has ended, or shows to end no lower than an earlier one.
-    fn descend_from(&mut self, start: &[f64]) -> Result<()> {
+    /// Hops from the best place on the model: how many, and how many came back to it.
+    fn hop(&mut self, errors: &[f64]) -> Result<[usize; 2]> {
+        let (mut hops, mut returned, mut without) = (0, 0, 0);
+        while let Some(Place { phi, error: before }) = self.lowest().filter(|_| hops < basins::MOST_HOPS) {
+            if without >= basins::patience(before, errors) {
+                break;
+            }
+            let error = match self.descend_from(&basins::perturbed(self.problem, &phi, hops)) {
+                Ok(error) => error,
+                Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) => f64::INFINITY,
+                Err(other) => return Err(other),
+            };
+            hops += 1;
+            if error < (1.0 - basins::SAME) * before {
+                (without, returned) = (0, 0);
+            } else {
+                without += 1;
+                returned += usize::from(error <= (1.0 + basins::SAME) * before);
+            }
+        }
+        Ok([hops, returned])
+    }
+
+    /// The lowest place where a start has ended.
+    fn lowest(&self) -> Option<Place> {
+        let ended = self.ended.iter().map(|(place, _)| place);
+        ended.min_by(|a, b| a.error.total_cmp(&b.error)).cloned()
+    }
+
+    /// Rounds from one start until it has ended, or shows to end no lower than an earlier one: the error there.
+    fn descend_from(&mut self, start: &[f64]) -> Result<f64> {
         let limit = self.exact.counts().evaluations + self.settings.refactorisations + self.settings.polish;
-        let Some(mut best) = self.begin(start)? else { return Ok(()) };
+        let mut best = match self.begin(start)? {
+            Begun::Higher(error) => return Ok(error),
+            Begun::At(place) => place,
+        };
         let mut radius = RADIUS;
         let stop = loop {
             self.problem.progress.check()?;
             self.make_room(&best)?;
             let candidate = self.bottom(&best.phi, Some(&Trust::new(&best.phi, radius)))?;
             if !self.is_lower(&candidate) {
-                return Ok(());
+                return Ok(candidate.error);
             }
             let promise = best.error - candidate.error;
             if promise <= self.settings.tolerance.max(SMALLEST_PROMISE) * best.error {
@@ -179,20 +221,24 @@ impl<'s, 'a> Search<'s, 'a> {
                 _ => (0.5 * radius).max(SMALLEST_RADIUS),
             };
         };
+        let error = best.error;
         self.ended.push((best, stop));
-        Ok(())
+        Ok(error)
     }
 
     /// The first place of a start: the first start's own, with derivatives; a later start goes down on the model first, and
     /// ends there when that is no lower than what is known.
-    fn begin(&mut self, start: &[f64]) -> Result<Option<Place>> {
+    fn begin(&mut self, start: &[f64]) -> Result<Begun> {
         if self.ended.is_empty() {
             let place = self.solve(start)?;
             self.teach(&place)?;
-            return Ok(Some(place));
+            return Ok(Begun::At(place));
         }
         let candidate = self.bottom(start, None)?;
-        if self.is_lower(&candidate) { self.solve(&candidate.phi).map(Some) } else { Ok(None) }
+        match self.is_lower(&candidate) {
+            true => self.solve(&candidate.phi).map(Begun::At),
+            false => Ok(Begun::Higher(candidate.error)),
+        }
     }
 
     /// [`Search::descend`], counted.
@@ -315,6 +361,6 @@ impl<'s, 'a> Search<'s, 'a> {
         self.exact.error_within(&phi, 0.0)?;
         let error = self.exact.fit_scale(&mut phi);
         let counts = Counts { surrogate_evaluations: self.model_evaluations, ..self.exact.counts() };
-        Ok(Outcome { phi, error, stop, counts, trace: self.trace })
+        Ok(Outcome { phi, error, stop, counts, trace: self.trace, agreement: None })
     }
 }

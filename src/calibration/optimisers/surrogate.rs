@@ -373,6 +373,6 @@ impl<'s, 'a> Search<'s, 'a> {
         let mut counts = self.counts();
         counts += others;
         let stop = self.stop.unwrap_or(Stop::EvaluationLimit);
-        Outcome { phi: self.phi, error: self.error, stop, counts, trace: self.trace }
+        Outcome { phi: self.phi, error: self.error, stop, counts, trace: self.trace, agreement: None }
     }
 }

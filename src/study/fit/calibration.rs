@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::calibration::adaptive::Rung;
 use crate::calibration::errors::Errors;
 use crate::calibration::objective::Counts;
-use crate::calibration::optimiser::Outcome;
+use crate::calibration::optimiser::{Outcome, Stop};
 use crate::readable::significant;
 use crate::sparse::condition::Accuracy;
 use crate::springs::grouping::Grouping;
@@ -28,6 +28,8 @@ pub struct Calibration {
     pub determined: Vec<bool>,
     /// Why it does not determine them: a word for each reason.
     pub left_out: Vec<String>,
+    /// Standard deviation of ln phi of every group between its bounds, see `study/fit/deviation.rs`.
+    pub deviations: Vec<Option<f64>>,
     /// Stiffness k_s of every spring, N/m, its multiplicity included.
     pub stiffness: Vec<f64>,
     /// Displacements of the network, one vector over the free dofs for each load case, m.
@@ -72,6 +74,21 @@ impl Calibration {
         network::retain(&mut self.phi, &filled);
         network::retain(&mut self.upper, &filled);
         network::retain(&mut self.determined, &filled);
+        network::retain(&mut self.deviations, &filled);
+    }
+
+    /// A word where several starts did not find the same network.
+    pub fn disagreement(&self) -> Option<String> {
+        let outcome = &self.sweep[self.best].outcome;
+        let of = outcome.agreement.filter(|_| outcome.stop == Stop::StartsDisagree)?;
+        let hops = if of.hops > 0 { format!(", and none of {} hops came back to it", of.hops) } else { String::new() };
+        Some(format!(
+            "{} of {} starts found this network{hops}; the others end {} % higher in the median: there may be a better one; \
+             give more calibration.starts, or use fewer groups",
+            of.agreeing,
+            of.starts,
+            significant(of.median, 3)
+        ))
     }
 
     /// A word where the bounds, not the optimiser, decide: every group is at its upper bound.

@@ -28,7 +28,7 @@ use crate::study::loads::LoadCase;
 use crate::study::near_mechanism;
 use crate::study::network::{self, Lattice};
 
-use super::{Calibration, Matrices, Row, optimiser, undetermined};
+use super::{Calibration, Matrices, Row, deviation, optimiser, undetermined};
 
 /// Bytes that the Jacobians of Gauss-Newton may take.
 pub(in crate::study) const LARGEST_JACOBIAN: f64 = 8e9;
@@ -184,17 +184,18 @@ impl Given<'_> {
         }
     }
 
-    /// The network with `phi` under all loads: displacements (cases x n), m, and where they are linear how sure they are.
+    /// The network with `phi` under all loads: displacements (cases x n), m, where they are linear how sure they are, and how well the
+    /// fitted ones determine phi.
     fn under_all_loads(
         &self,
         problem: &SweepProblem,
         grouping: &Grouping,
         phi: &[f64],
-    ) -> Result<(Vec<f64>, Option<Accuracy>)> {
+    ) -> Result<(Vec<f64>, Option<Accuracy>, Vec<Option<f64>>)> {
         if large::is_asked(self.scene) {
             let all: Vec<usize> = (0..self.loads.len()).collect();
             let displacement = large::network(self, grouping, phi, &all, &Interrupt::default())?;
-            return Ok((displacement, None));
+            return Ok((displacement, None, vec![None; phi.len()]));
         }
         let forces: Vec<f64> = self.loads.iter().flat_map(|case| case.load.forces.iter().copied()).collect();
         let settings = sweep::exact(&problem.operator, &network::settings(self.scene));
@@ -205,7 +206,8 @@ impl Given<'_> {
             .solve(&forces, &mut displacement, settings.tolerance)
             .map_err(|error| self.opened(error, problem, phi))?;
         let accuracy = solver.accuracy(&problem.operator.members(), phi, &forces, &displacement)?;
-        Ok((displacement, Some(accuracy)))
+        let deviations = deviation::deviations(self, &mut solver, (phi, &problem.upper), &displacement)?;
+        Ok((displacement, Some(accuracy), deviations))
     }
 
     /// A fitted network that does not bear every load, for it is nearly loose: the node that is.
@@ -248,7 +250,7 @@ impl Given<'_> {
         let determined = undetermined::determined(self, problem, &grouping);
         complete(&mut phi, &problem.upper, &determined);
         let n = self.body.dofs.len();
-        let (displacement, accuracy) = self.under_all_loads(problem, &grouping, &phi)?;
+        let (displacement, accuracy, deviations) = self.under_all_loads(problem, &grouping, &phi)?;
         let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
         let pairs = self.reference.cases.iter().zip(&displacements);
         let errors = pairs.clone().map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();
@@ -267,6 +269,7 @@ impl Given<'_> {
             matrices,
             left_out: undetermined::words(self, &grouping, &determined, &phi, &problem.upper),
             determined,
+            deviations,
             upper: problem.upper.clone(),
             sweep,
             best,

@@ -8,9 +8,11 @@
 //! |---|---|
 //! | `given` | what a fit works on, and its steps |
 //! | `calibration` | what it found |
+//! | `deviation` | how well the loads determine it |
 //! | `undetermined` | groups that the data do not determine |
 
 mod calibration;
+mod deviation;
 mod given;
 mod undetermined;
 
