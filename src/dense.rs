@@ -7,7 +7,9 @@
 //! with the Jacobian J (rows x m) and the damping w_i > 0. [`LeastSquares::minimise_in_box`] is the projected Newton
 //! method of D. P. Bertsekas (SIAM J. Control Optim. 20, 1982): variables pressed against a bound are held, the others
 //! take a Newton step, the step is projected into the box and halved until the quadratic falls. It ends when a full step
-//! changes nothing, usually after a handful of passes.
+//! changes nothing, usually after a handful of passes. Where it creeps along bounds instead, an active-set method goes on to the
+//! minimum from bound to bound (J. Nocedal and S. J. Wright, Numerical Optimization, algorithm 16.3): where a step ends must be a
+//! function of the problem, not of rounding on the way.
 //!
 //! The Newton step of the free variables F solves (J_F^T J_F + W_F) p = -q, with W = diag(w). With more free variables than rows (one group a
 //! spring) the same p comes from a rows x rows system by the identity of Woodbury:
@@ -24,8 +26,11 @@ use faer::linalg::qr::no_pivoting::factor as qr;
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 
-/// Passes after which a step is good enough: it lies in the box and lowers the quadratic, and the next step corrects it.
-const PASSES: usize = 100;
+/// Passes of projected Newton; more of them creep.
+const PASSES: usize = 25;
+
+/// Part of the first gradient below which a bound is not left: rounding.
+const PRESSED: f64 = 1e-13;
 
 /// The products of the columns of a matrix with its columns from `first` on, over some of its rows: entry (i, j) of the
 /// result (columns x (columns - first), column-major) is M_i . M_(first + j). The matrix is column-major with `stride`
@@ -108,8 +113,10 @@ impl Complement {
 pub struct LeastSquares {
     /// Rows x m.
     jacobian: Mat<f64>,
-    /// J^T J, when J has at least as many rows as columns.
+    /// J^T J + C, when J has at least as many rows as columns.
     gram: Option<Mat<f64>>,
+    /// C, where there is one.
+    curvature: Option<Mat<f64>>,
 }
 
 impl LeastSquares {
@@ -120,7 +127,19 @@ impl LeastSquares {
     pub fn new(jacobian: &[f64], rows: usize, columns: usize) -> Self {
         let jacobian = MatRef::from_column_major_slice(jacobian, rows, columns).to_owned();
         let gram = (columns <= rows).then(|| product(jacobian.transpose(), jacobian.as_ref()));
-        Self { jacobian, gram }
+        Self { jacobian, gram, curvature: None }
+    }
+
+    /// The same with J^T J + C in the place of J^T J: C (columns x columns) is symmetric, what the residual itself adds to the second
+    /// derivative of 1/2 |r|^2. The sum need not be definite.
+    ///
+    /// # Panics
+    /// When C is of another size, or J has fewer rows than columns.
+    pub fn with_curvature(jacobian: &[f64], rows: usize, columns: usize, curvature: &[f64]) -> Self {
+        let mut model = Self::new(jacobian, rows, columns);
+        let curvature = MatRef::from_column_major_slice(curvature, columns, columns).to_owned();
+        *model.gram.as_mut().expect("as many rows as columns") += &curvature;
+        Self { curvature: Some(curvature), ..model }
     }
 
     /// Squared norm of every column.
@@ -134,10 +153,11 @@ impl LeastSquares {
         to_vec(&product(self.jacobian.transpose(), r))
     }
 
-    /// |J d|^2.
+    /// |J d|^2 + d . C d.
     pub fn square(&self, d: &[f64]) -> f64 {
-        let d = MatRef::from_column_major_slice(d, d.len(), 1);
-        product(self.jacobian.as_ref(), d).squared_norm_l2()
+        let column = MatRef::from_column_major_slice(d, d.len(), 1);
+        let bent = self.curvature.as_ref().map_or(0.0, |c| dot(d, &to_vec(&product(c.as_ref(), column))));
+        product(self.jacobian.as_ref(), column).squared_norm_l2() + bent
     }
 
     /// The minimiser in the box; all slices of length m, weights positive, lower <= upper. `None` when a Newton system is not positive definite (a Jacobian that is not finite, or no damping on columns that depend on each
@@ -165,8 +185,8 @@ impl LeastSquares {
                 for (&i, s) in free.iter().zip(&step) {
                     trial[i] = (d[i] + length * s).clamp(lower[i], upper[i]);
                 }
-                if trial == d || length < 1e-12 {
-                    return Some(d);
+                if trial == d || length < 1e-3 {
+                    return self.along_bounds(weights, g, [lower, upper], d);
                 }
                 let there = self.gradient(weights, g, &trial);
                 let descent: f64 = trial.iter().zip(&d).zip(&gradient).map(|((t, d), q)| (t - d) * q).sum();
@@ -179,6 +199,40 @@ impl LeastSquares {
                     break;
                 }
                 length *= 0.5;
+            }
+        }
+        self.along_bounds(weights, g, [lower, upper], d)
+    }
+
+    /// The minimiser in the box, from a place in it: to the minimum of a face or to the first bound on the way, which is then held;
+    /// at the minimum of a face the bound that is pressed least is left. The quadratic falls from face to face, so it ends.
+    fn along_bounds(&self, weights: &[f64], g: &[f64], bounds: [&[f64]; 2], mut d: Vec<f64>) -> Option<Vec<f64>> {
+        let m = d.len();
+        let [lower, upper] = bounds;
+        let rounding = PRESSED * g.iter().fold(0.0_f64, |largest, g| largest.max(g.abs()));
+        let mut held: Vec<bool> = (0..m).map(|i| d[i] <= lower[i] || d[i] >= upper[i]).collect();
+        for _ in 0..10 * m + 100 {
+            let gradient = self.gradient(weights, g, &d);
+            let free: Vec<usize> = (0..m).filter(|&i| !held[i]).collect();
+            let step = if free.is_empty() { vec![] } else { self.newton_step(weights, &gradient, &free)? };
+            let (mut length, mut blocking) = (1.0, None);
+            for (&i, &s) in free.iter().zip(&step).filter(|(_, s)| **s != 0.0) {
+                let bound = if s > 0.0 { upper[i] } else { lower[i] };
+                if (bound - d[i]) / s < length {
+                    (length, blocking) = ((bound - d[i]) / s, Some((i, bound)));
+                }
+            }
+            free.iter().zip(&step).for_each(|(&i, s)| d[i] = (d[i] + length * s).clamp(lower[i], upper[i]));
+            if let Some((i, bound)) = blocking {
+                (d[i], held[i]) = (bound, true);
+                continue;
+            }
+            let gradient = self.gradient(weights, g, &d);
+            let pull = |i: usize| if d[i] <= lower[i] { -gradient[i] } else { gradient[i] };
+            let leaves = (0..m).filter(|&i| held[i] && lower[i] < upper[i] && pull(i) > rounding);
+            match leaves.max_by(|&a, &b| pull(a).total_cmp(&pull(b))) {
+                Some(i) => held[i] = false,
+                None => break,
             }
         }
         Some(d)

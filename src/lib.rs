@@ -10,7 +10,7 @@
 //! | 3 | [`calibration`]: objectives, optimisers, the gamma sweep; [`dynamics`]: bodies and networks in motion |
 //! | 2 | [`mod@reference`]: the elastic body, solved; [`springs`]: networks, groups, the stiffness matrix K(phi) |
 //! | 1 | [`geometry`]: knots, patches, shapes, degrees of freedom |
-//! | 0 | [`sparse`]: patterns, assembly, orders, Cholesky; [`dense`], [`rng`], [`clock`], [`memory`], [`error`]; `lanes`: eight numbers in a register |
+//! | 0 | [`sparse`]: patterns, assembly, orders, Cholesky; [`dense`], [`rng`], [`clock`], [`memory`], [`readable`], [`error`]; `lanes`: eight numbers in a register |
 #![warn(missing_docs)]
 
 pub mod calibration;
@@ -22,6 +22,7 @@ pub mod export;
 pub mod geometry;
 mod lanes;
 pub mod memory;
+pub mod readable;
 pub mod reference;
 pub mod report;
 pub mod rng;

@@ -6,9 +6,12 @@
 //!    may ([`limits`]);
 //! 4. the continuum reference: K_ref u_ref = f, or its equilibrium under large displacements ([`large`]);
 //! 5. groups and bounds for every gamma, the fit of each (Algorithm 5.1), and the errors under fitted and held-out loads
-//!    ([`fit`]; [`linear_fit`] for the objectives other than the displacement, [`adaptive`] for groups that adapt);
-//! 6. the same body on a finer mesh, if the scene asks for it: the error of the mesh beside that of the springs ([`converged`]);
-//! 7. masses, damping, safe steps and motions if the scene asks for them ([`mod@motion`]).
+//!    ([`fit`]; [`linear_fit`] for the objectives other than the displacement, [`adaptive`] for groups that adapt,
+//!    [`given_stiffness`] where nothing is fitted);
+//! 6. the network under loads that are not in the scene ([`other_loads`]): where it is too soft and too stiff
+//!    ([`mod@generalisation`]);
+//! 7. the same body on a finer mesh, if the scene asks for it: the error of the mesh beside that of the springs ([`converged`]);
+//! 8. masses, damping, safe steps and motions if the scene asks for them ([`mod@motion`]).
 //!
 //! A scene with a budget is run at several resolutions, and the cheapest network that meets it is kept ([`mod@budget`]).
 //!
@@ -21,6 +24,8 @@ pub mod checkpoint;
 pub mod continuum;
 pub mod converged;
 pub mod fit;
+pub mod generalisation;
+pub mod given_stiffness;
 pub mod large;
 pub mod limits;
 pub mod linear_fit;
@@ -30,8 +35,10 @@ pub mod mesh_quality;
 pub mod motion;
 pub mod near_mechanism;
 pub mod network;
+pub mod other_loads;
 pub mod plan;
 pub mod spring_sets;
+pub mod springs_file;
 
 use std::path::{Path, PathBuf};
 
@@ -39,13 +46,14 @@ use crate::clock::{Progress, Stopwatch};
 use crate::error::{Error, Result};
 use crate::export::motion::Recorded;
 use crate::export::{self, Calibrated, EXPORTERS};
-use crate::reference::Reference;
+use crate::reference::{Forces, Reference};
 use crate::scene::{Model, Scene};
 use crate::springs::solver;
 
 use body::Body;
 use checkpoint::Checkpoint;
 use fit::{Calibration, Given};
+use generalisation::Generalisation;
 use loads::LoadCase;
 use mesh_quality::MeshQuality;
 use network::Lattice;
@@ -66,6 +74,8 @@ pub struct Study {
     pub lattice: Lattice,
     /// The calibration.
     pub calibration: Calibration,
+    /// How far it can be trusted on other loads.
+    pub generalisation: Generalisation,
     /// Errors against a finer mesh, if the scene has `[converged]`.
     pub converged: Option<converged::Converged>,
     /// Masses, damping, safe steps and motions, if the scene has `[dynamics]`.
@@ -163,7 +173,9 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
 
     let watch = Stopwatch::start();
     progress.enter("reference", 0);
-    let mut reference = solve_reference(&body, &loads, progress)?;
+    let others = other_loads::build(&scene, &body, &lattice)?;
+    let probes = others.as_ref().map_or(&[][..], |others| &others.forces);
+    let (mut reference, answers) = solve_probing(&body, &loads, probes, progress)?;
     loads::scale(&scene, &mut loads, &mut reference);
     large::answer(&scene, &body, &loads, &mut reference, progress)?;
     loads::check_answers(&reference)?;
@@ -189,6 +201,10 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
 
     let watch = Stopwatch::start();
     let given = Given { scene: &scene, body: &body, loads: &loads, reference: &reference, lattice: &lattice };
+    let generalisation = generalisation::measure(given, &calibration, others.as_ref().map_err(|why| *why), &answers)?;
+    timed("other loads", watch);
+
+    let watch = Stopwatch::start();
     let converged = converged::compare(given, &calibration, progress)?;
     if converged.is_some() {
         timed("converged reference", watch);
@@ -201,15 +217,16 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
     }
     let mut warnings = body.warnings.clone();
     warnings.extend(lattice.warnings.iter().cloned());
-    warnings.extend(linear_fit::warning(&scene, &body));
+    warnings.extend(given_stiffness::warning(&scene, &body));
     warnings.extend(loads::warnings(&scene, &loads));
     warnings.extend(large::warnings(&loads, &reference));
     warnings.extend(reference.accuracy.warning("reference"));
     warnings.extend(calibration.accuracy.and_then(|accuracy| accuracy.warning("springs")));
-    warnings.extend(calibration.warning());
+    let fitted = scene.calibration.optimiser().is_some();
+    warnings.extend(calibration.warning().filter(|_| fitted));
     warnings.extend(calibration.left_out.iter().cloned());
     let advice = near_mechanism::advice(&scene, calibration.phi.len());
-    warnings.extend(calibration.weakness.warning(&advice));
+    warnings.extend(generalisation.warning(&advice));
     let moved = dynamics.iter().flat_map(|data| &data.motions);
     warnings.extend(moved.filter_map(|moved| moved.inverted.and_then(|inverted| inverted.warning())));
     warnings.extend(dynamics.iter().flat_map(|dynamics| dynamics.warnings.iter().cloned()));
@@ -221,6 +238,7 @@ fn run_one(scene: &Scene, progress: &Progress, checkpoint: &Checkpoint) -> Resul
         reference,
         lattice,
         calibration,
+        generalisation,
         converged,
         dynamics,
         budget: None,
@@ -241,8 +259,19 @@ fn drop_absent(lattice: &mut Lattice, found: &mut Calibration) {
 /// # Errors
 /// Those of [`Reference::solve_watching`].
 pub fn solve_reference(body: &Body, loads: &[LoadCase], progress: &Progress) -> Result<Reference> {
+    Ok(solve_probing(body, loads, &[], progress)?.0)
+}
+
+/// The continuum under all loads, and its displacements under further forces.
+fn solve_probing(
+    body: &Body,
+    loads: &[LoadCase],
+    probes: &[f64],
+    progress: &Progress,
+) -> Result<(Reference, Vec<f64>)> {
     let points = body.integration_points()?;
     let order = body.reference_order(&points)?;
-    let forces: Vec<_> = loads.iter().map(|case| case.load.clone()).collect();
-    Reference::solve_watching(&points, body.lame, &body.dofs, order, &forces, &progress.interrupt())
+    let loads: Vec<_> = loads.iter().map(|case| case.load.clone()).collect();
+    let forces = Forces { loads: &loads, probes };
+    Reference::solve_probing(&points, body.lame, &body.dofs, order, forces, &progress.interrupt())
 }

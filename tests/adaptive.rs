@@ -6,6 +6,7 @@ use std::sync::Arc;
 use serde_json::Value;
 use springfit::calibration::adaptive::features::{self, Site};
 use springfit::calibration::adaptive::part::Part;
+use springfit::calibration::adaptive::places;
 use springfit::calibration::adaptive::state::Cases;
 use springfit::calibration::adaptive::worker::{Ground, Worker};
 use springfit::calibration::adaptive::{Ladder, Standing};
@@ -64,13 +65,16 @@ fn the_adjoint_gradient_is_the_limit_of_differences() {
     let weights = weights(&largest, body.positions().len());
     let bounds = vec![1e9; springs];
     let site = Site { network: &lattice.network, grid: body.grid(), boundary: &[0], held: &[0] };
-    let features = features::table(&site);
+    let (features, resolutions) = (features::table(&site), features::resolutions(&site));
+    let places = places::places(body.positions(), &body.dofs);
     let ground = Ground {
         operator: &operator,
         fitted: Cases { forces: &forces, reference: &answers, weights: &weights },
         held_out: Cases { forces: &[], reference: &[], weights: &[] },
         bounds: &bounds,
         features: &features,
+        resolutions: &resolutions,
+        places: &places,
     };
     let single: Vec<Part> = (0..springs as u32).map(|s| Part::whole("spring", vec![s], &bounds)).collect();
     let mut worker = Worker::new(ground, &Settings::DIRECT, single, &progress.interrupt());
@@ -86,7 +90,6 @@ fn the_adjoint_gradient_is_the_limit_of_differences() {
         let column = &jacobian[s * residual.len()..(s + 1) * residual.len()];
         let product: f64 = 2.0 * column.iter().zip(&residual).map(|(c, r)| c * r).sum::<f64>();
         assert!((product - gradient[s]).abs() < 1e-10 * size, "spring {s}: {product} {}", gradient[s]);
-        // the best common factor is 1 here, so making it anew changes the error to second order only
         let step = 1e-4 * phi[s];
         let mut at = |sign: f64| {
             let mut moved = phi.clone();

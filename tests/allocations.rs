@@ -86,7 +86,7 @@ fn corotational(tangent: Tangent) -> CorotationalModel {
     let fixed: Vec<[bool; 3]> = mesh.positions().iter().map(|x| [x[0] == 0.0; 3]).collect();
     let dofs = DofMap::untied(3, &fixed);
     let domains = || smoothed::domains(&mesh, Smoothing::Face, 1.0).expect("tetrahedra");
-    let masses = mass::lumped(&domains().into_points(), 1000.0, &dofs).expect("volumes");
+    let masses = mass::lumped(&domains().into_points(&mesh).expect("its mesh"), 1000.0, &dofs).expect("volumes");
     let lame = Material { young: 1e6, poisson: 0.3 }.lame(3, Plane::Strain).expect("a material");
     let held = Held::new(domains(), mesh.positions(), lame, dofs).expect("in space");
     CorotationalModel::new(held, &masses, tangent).with_damping(0.1, 1e-3)

@@ -268,11 +268,100 @@ const WRONG_INPUT: &[Expectation] = &[
     ("not_finite", 10, ["load[0].force_per_node[1]: nan is not a finite number", "give a finite number"]),
     ("not_text", 0, ["line 3: byte 48 is not UTF-8", "save the scene as UTF-8"]),
     (
+        "known_missing",
+        12,
+        [
+            "calibration.objective: no stiffness is given",
+            "add calibration.stiffness with a number a group, or calibration.springs",
+        ],
+    ),
+    (
+        "known_alone",
+        12,
+        [
+            "calibration.stiffness: the objective is displacement, which does not read it",
+            "set objective = \"known\", or remove it",
+        ],
+    ),
+    (
+        "known_both",
+        14,
+        ["calibration.springs: gives the stiffness of every spring, and calibration.stiffness", "keep one of them"],
+    ),
+    (
+        "known_text",
+        13,
+        [
+            "calibration.stiffness: \"soft\" cannot be used here",
+            "one for each group as [1e3, 500.0], or by their names",
+        ],
+    ),
+    ("known_negative", 13, ["calibration.stiffness[1]: -1 is negative", "0 takes the springs of the group out"]),
+    ("known_nothing", 13, ["calibration.stiffness: no spring is left", "give one group a number above 0"]),
+    (
+        "known_sweep",
+        11,
+        [
+            "calibration.gamma: the groups by length are others at every gamma",
+            "give the gamma of the groups, such as gamma = 0.5",
+        ],
+    ),
+    (
+        "known_group",
+        13,
+        [
+            "calibration.stiffness.body_diagonal: there is no group \"body_diagonal\"",
+            "the groups are edge, face_diagonal",
+        ],
+    ),
+    (
+        "known_group_missing",
+        13,
+        ["calibration.stiffness: the group \"face_diagonal\" has no number", "the groups are edge, face_diagonal"],
+    ),
+    ("known_count", 13, ["calibration.stiffness: 3 numbers for 2 groups", "the groups are edge, face_diagonal"]),
+    (
+        "known_optimiser",
+        14,
+        [
+            "calibration.optimiser: hybrid has nothing to do: nothing is fitted with the objective known",
+            "leave the optimiser out",
+        ],
+    ),
+    ("known_file_missing", 13, ["springs/nowhere.json: cannot be read", "give the springs.json of a network"]),
+    ("known_file_other", 13, ["six_bodies.json: missing field `schema`", "give the springs.json of a network"]),
+    (
+        "known_file_dimension",
+        13,
+        ["springs/in_space.json: a network in 3D, and the body is in 2D", "on the control points of this body"],
+    ),
+    (
+        "known_file_node",
+        13,
+        ["springs/far_node.json: nodes: the body has no control point 36", "on the control points of this body"],
+    ),
+    ("known_file_place", 13, ["springs/millimetres.json: positions: node 1 is", "in the same unit of length"]),
+    (
+        "known_file_tension",
+        13,
+        [
+            "springs/tension.json: rest_lengths: spring 0 is 0.3 m long, its nodes are 0.4 m apart",
+            "a network under tension at rest is not judged",
+        ],
+    ),
+    ("known_file_stiffness", 13, ["springs/negative.json: k: spring 1 has -2", "give finite numbers from 0, in N/m"]),
+    ("known_file_loop", 13, ["calibration.springs[1]: node 1 is joined to itself", "give two different nodes"]),
+    (
+        "known_budget",
+        14,
+        ["budget: the network of calibration.springs has one resolution", "or let the network be built from [springs]"],
+    ),
+    (
         "objective_name",
         12,
         [
             "calibration.objective: unknown name \"velocity\"",
-            "known names are displacement, acceleration, matrix, formula",
+            "known names are displacement, acceleration, matrix, formula, known",
         ],
     ),
     (
@@ -295,7 +384,10 @@ const WRONG_INPUT: &[Expectation] = &[
     (
         "formula_missing",
         12,
-        ["calibration.objective: no formula is given", "add calibration.formula, one of lloyd, van_gelder"],
+        [
+            "calibration.objective: no formula is given",
+            "add calibration.formula, one of lloyd, van_gelder, van_gelder_poisson, van_gelder_volume",
+        ],
     ),
     ("formula_name", 13, ["calibration.formula: unknown name \"loyd\"", "did you mean \"lloyd\"?"]),
     (
@@ -309,7 +401,10 @@ const WRONG_INPUT: &[Expectation] = &[
     (
         "formula_optimiser",
         13,
-        ["calibration.optimiser: annealing has nothing to do: a formula is not fitted", "leave the optimiser out"],
+        [
+            "calibration.optimiser: annealing has nothing to do: nothing is fitted with the objective formula",
+            "leave the optimiser out",
+        ],
     ),
     (
         "formula_poisson",
@@ -349,8 +444,16 @@ const WRONG_INPUT: &[Expectation] = &[
         "formula_hexahedra_van_gelder",
         13,
         [
-            "calibration.formula: van_gelder is for tetrahedra, and this is a hexahedron (cell 0)",
+            "calibration.formula: van_gelder_volume is for tetrahedra, and this is a hexahedron (cell 0)",
             "hexahedra have no formula",
+        ],
+    ),
+    (
+        "formula_tetrahedra",
+        15,
+        [
+            "calibration.formula: van_gelder is for triangles, and this is a tetrahedron (cell 0)",
+            "tetrahedra have \"van_gelder_volume\"",
         ],
     ),
     (

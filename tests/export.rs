@@ -157,6 +157,21 @@ fn body_vtu_has_the_shape_and_the_displacement_of_the_patch_in_every_cell() {
     }
 }
 
+/// meshio 5.3 reads versions 0.1 and 1.0 of the format and no other; the long headers of the arrays need 1.0.
+#[test]
+fn every_vtu_has_the_version_that_meshio_and_paraview_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    model(tube(), false).export("vtu", folder.path(), &["only"], None);
+    for name in ["body.vtu", "springs.vtu"] {
+        let file = std::fs::read_to_string(folder.path().join(name)).expect("readable");
+        let head =
+            "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">";
+        assert_eq!(file.lines().nth(1), Some(head), "{name}");
+        let arrays = file.matches("<DataArray ").count();
+        assert!(arrays > 4 && arrays == file.matches("format=\"binary\"").count(), "{name}");
+    }
+}
+
 #[test]
 fn springs_vtu_has_a_line_a_spring_and_an_array_a_case() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -9,6 +9,7 @@ const FLOORS: &[(&str, u32)] = &[
     ("dense", 0),
     ("rng", 0),
     ("memory", 0),
+    ("readable", 0),
     ("clock", 0),
     ("error", 0),
     ("lanes", 0),

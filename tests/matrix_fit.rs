@@ -3,6 +3,7 @@
 use nalgebra_sparse::CsrMatrix;
 use springfit::calibration::objectives::matrix::{Reading, Target};
 use springfit::calibration::optimisers::least_squares;
+use springfit::error::Result;
 use springfit::geometry::dofs::DofMap;
 use springfit::geometry::mesh::{CellKind, Mesh};
 use springfit::geometry::patch::Patch;
@@ -228,40 +229,103 @@ fn thesis_3_13_formulas_of_lloyd_are_the_fits_of_one_regular_cell() {
     assert!(near(fitted[0], 2_f64.sqrt() / 12.0 * YOUNG * side), "{fitted:?}");
 }
 
-/// Two right triangles and a tetrahedron by hand.
-#[test]
-fn thesis_3_14_van_gelder_by_hand() {
-    let van_gelder = formulas::find("van_gelder").expect("in the table");
-    let stiffness = |mesh: &Mesh, thickness: f64| {
-        let method = if mesh.dimension() == 2 { "t3" } else { "t4" };
-        let body = element(method, mesh, thickness, 0.2);
-        let given = formulas::Given {
-            mesh,
-            network: &body.network,
-            dofs: &body.dofs,
-            young: YOUNG,
-            poisson: 0.2,
-            thickness,
-            plane_strain: false,
-        };
-        let k = van_gelder.stiffness(&given).expect("simplices");
-        let mut of: Vec<([u32; 2], f64)> = body.network.springs.iter().map(|spring| spring.nodes).zip(k).collect();
-        of.iter_mut().for_each(|(nodes, _)| nodes.sort_unstable());
-        of.sort_by_key(|(nodes, _)| *nodes);
-        of
+/// Young's modulus, Poisson's ratio and plane strain of a formula by hand.
+#[derive(Clone, Copy)]
+struct ByHand {
+    poisson: f64,
+    plane_strain: bool,
+}
+
+const SOFT: ByHand = ByHand { poisson: 0.2, plane_strain: false };
+
+/// The stiffness of every spring by a formula, by its ends.
+fn by_formula(name: &str, mesh: &Mesh, ByHand { poisson, plane_strain }: ByHand) -> Result<Vec<([u32; 2], f64)>> {
+    let (method, thickness) = if mesh.dimension() == 2 { ("t3", THICKNESS) } else { ("t4", 1.0) };
+    let body = element(method, mesh, thickness, poisson);
+    let given = formulas::Given {
+        mesh,
+        network: &body.network,
+        dofs: &body.dofs,
+        young: YOUNG,
+        poisson,
+        thickness,
+        plane_strain,
     };
+    let k = formulas::find(name).expect("in the table").stiffness(&given)?;
+    let mut of: Vec<([u32; 2], f64)> = body.network.springs.iter().map(|spring| spring.nodes).zip(k).collect();
+    of.iter_mut().for_each(|(nodes, _)| nodes.sort_unstable());
+    of.sort_by_key(|(nodes, _)| *nodes);
+    Ok(of)
+}
+
+/// A rectangle of two right triangles of area 1, with edges 2, sqrt 5 (shared), 1, 1, 2.
+fn rectangle() -> Mesh {
     let mut plane = Mesh::new(2, vec![[0.0; 3], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]]);
     plane.push(CellKind::Triangle, &[0, 1, 2]);
     plane.push(CellKind::Triangle, &[0, 2, 3]);
-    let plate = YOUNG * THICKNESS;
-    // areas 1 and 1; lengths 2, sqrt 5 (shared), 1, 1, 2
+    plane
+}
+
+/// As printed there is no nu in it: the same numbers at any nu, in plane stress and plane strain.
+#[test]
+fn thesis_3_14_van_gelder_by_hand_whatever_nu() {
     let expected = [([0, 1], 0.25), ([0, 2], 2.0 / 5.0), ([0, 3], 1.0), ([1, 2], 1.0), ([2, 3], 0.25)];
-    for ((nodes, k), (ends, number)) in stiffness(&plane, THICKNESS).into_iter().zip(expected) {
-        assert!(nodes == ends && (k / plate - number).abs() < 1e-14, "{nodes:?} {k}");
+    for (poisson, plane_strain) in [(0.0, false), (0.2, false), (0.45, false), (0.45, true)] {
+        let found = by_formula("van_gelder", &rectangle(), ByHand { poisson, plane_strain }).expect("triangles");
+        for ((nodes, k), (ends, number)) in found.into_iter().zip(expected) {
+            assert!(nodes == ends && (k / (YOUNG * THICKNESS) - number).abs() < 1e-14, "{nodes:?} {k}");
+        }
     }
+}
+
+/// cot of the angle that an edge looks at, over 2, is (a^2 + b^2 - c^2) / (8 A): 0 at the shared edge, 1/4 at the long
+/// ones, 1 at the short ones.
+#[test]
+fn van_gelder_with_nu_by_hand() {
+    let by_hand = |area_over_square: f64, half_cotangent: f64, young: f64, nu: f64| {
+        young * THICKNESS * (area_over_square / (1.0 + nu) + nu / (1.0 - nu * nu) * half_cotangent)
+    };
+    let edges = [(0.25, 0.25), (0.4, 0.0), (1.0, 1.0), (1.0, 1.0), (0.25, 0.25)];
+    for (plane_strain, young, nu) in [(false, YOUNG, 0.2), (true, YOUNG / 0.96, 0.25)] {
+        let given = ByHand { plane_strain, ..SOFT };
+        let found = by_formula("van_gelder_poisson", &rectangle(), given).expect("triangles");
+        for ((nodes, k), (area, cotangent)) in found.into_iter().zip(edges) {
+            assert!((k / by_hand(area, cotangent, young, nu) - 1.0).abs() < 1e-14, "{nodes:?} {k}");
+        }
+    }
+    // nu = 0 is (3.14)
+    let without = ByHand { poisson: 0.0, ..SOFT };
+    let both =
+        ["van_gelder", "van_gelder_poisson"].map(|name| by_formula(name, &rectangle(), without).expect("triangles"));
+    assert_eq!(both[0], both[1]);
+    // equilateral at nu = 1/3: exact, which is Lloyd's
+    let triangle = one(CellKind::Triangle, &[[0.0; 3], [0.6, 0.0, 0.0], [0.3, 0.6 * 0.75_f64.sqrt(), 0.0]]);
+    let third = ByHand { poisson: 1.0 / 3.0, ..SOFT };
+    for (_, k) in by_formula("van_gelder_poisson", &triangle, third).expect("a triangle") {
+        assert!((k / (3_f64.sqrt() / 4.0 * YOUNG * THICKNESS) - 1.0).abs() < 1e-12, "{k}");
+    }
+}
+
+#[test]
+fn van_gelder_with_nu_refuses_a_spring_below_zero() {
+    let flat = one(CellKind::Triangle, &[[0.0; 3], [2.0, 0.0, 0.0], [1.0, 0.2, 0.0]]);
+    let stiff = ByHand { poisson: 0.45, ..SOFT };
+    let error = by_formula("van_gelder_poisson", &flat, stiff).expect_err("an obtuse angle").to_string();
+    assert!(error.contains("spring") && error.contains("N/m: it looks at obtuse angles"), "{error}");
+    assert!(by_formula("van_gelder", &flat, stiff).expect("positive").iter().all(|(_, k)| *k > 0.0));
+}
+
+/// (3.14) is for triangles; volumes in the place of areas have their own name.
+#[test]
+fn van_gelder_in_space_has_its_own_name() {
     let corner = one(CellKind::Tetrahedron, &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 3.0]]);
     let expected = [1.0, 1.0, 1.0 / 9.0, 0.5, 0.1, 0.1].map(|number| 0.5 * number);
-    for ((nodes, k), number) in stiffness(&corner, 1.0).into_iter().zip(expected) {
+    let found = by_formula("van_gelder_volume", &corner, SOFT).expect("a tetrahedron");
+    for ((nodes, k), number) in found.into_iter().zip(expected) {
         assert!((k / YOUNG - number).abs() < 1e-14, "{nodes:?} {k}");
+    }
+    for name in ["van_gelder", "van_gelder_poisson"] {
+        let error = by_formula(name, &corner, SOFT).expect_err("a tetrahedron").to_string();
+        assert!(error.contains("is for triangles, and this is a tetrahedron"), "{error}");
     }
 }

@@ -31,6 +31,7 @@ const REFERENCE: &[&str] = &[
     "compliance",
     "u_max",
     "u_norm2",
+    "cases",
     "stiffness_frobenius",
     "measure",
     "backward_error",
@@ -40,7 +41,7 @@ const REFERENCE: &[&str] = &[
 ];
 /// Beyond the list of the interface: `global_strain` (4.17), `fitted` (each fitted load case, like `held_out`).
 const CALIBRATION: &[&str] = &[
-    "weakness",
+    "generalisation",
     "objective",
     "optimiser",
     "gamma",
@@ -57,7 +58,8 @@ const CALIBRATION: &[&str] = &[
     "fitted",
 ];
 const GROUP: &[&str] = &["name", "springs", "length", "stiffness", "lower", "upper", "determined"];
-const CASE: &[&str] = &["load", "e_rms", "e_max"];
+const CASE: &[&str] = &["load", "e_rms", "e_max", "global_strain"];
+const ANSWER: &[&str] = &["load", "compliance", "u_max", "u_norm2"];
 const ROW: &[&str] =
     &["gamma", "groups", "e_rms", "e_max", "evaluations", "refactorisations", "solves", "solver", "seconds", "stop"];
 const SOLVER: &[&str] = &[
@@ -130,6 +132,7 @@ fn result_is_as_promised(result: &Value) {
     result["converged"]["cases"].as_array().into_iter().flatten().for_each(errors_add_up);
     has_keys(&result["sizes"], SIZES, &[]);
     has_keys(&result["reference"], REFERENCE, &["path", "iterations", "large"]);
+    list(&result["reference"], "cases").iter().for_each(|case| has_keys(case, ANSWER, &[]));
     let calibration = &result["calibration"];
     has_keys(
         calibration,
@@ -142,7 +145,8 @@ fn result_is_as_promised(result: &Value) {
     for key in ["compared_frobenius", "outside_pattern"] {
         assert_eq!(calibration[key].is_number(), objective == "matrix");
     }
-    assert_eq!(calibration["objective_error"].is_number(), objective != "formula");
+    assert_eq!(calibration["objective_error"].is_number(), fitted(calibration));
+    generalisation_is_told(&calibration["generalisation"], result);
     has_keys(&calibration["global_strain"], &["reference", "springs"], &[]);
     has_keys(&calibration["counts"], COUNTS, &[]);
     has_keys(&calibration["solver"], SOLVER, &["e_rms_difference"]);
@@ -156,6 +160,28 @@ fn result_is_as_promised(result: &Value) {
         list(calibration, key).iter().for_each(|case| has_keys(case, CASE, &[]));
     }
     no_null(result, "");
+}
+
+/// Whether the stiffness was searched.
+fn fitted(calibration: &Value) -> bool {
+    calibration["objective"] != "formula" && calibration["objective"] != "known"
+}
+
+/// Both sides with their loads, and generated cases exactly where the scene holds none out; or a word why not.
+fn generalisation_is_told(told: &Value, result: &Value) {
+    if told["not_looked_for"].is_string() {
+        return;
+    }
+    has_keys(told, &["fields", "softest", "stiffest", "softest_linear", "near_mechanism", "moving", "held_out"], &[]);
+    let held_out = list(&result["calibration"], "held_out");
+    assert_eq!(list(told, "held_out").is_empty(), !held_out.is_empty());
+    list(told, "held_out").iter().for_each(|case| has_keys(case, CASE, &[]));
+    for side in ["softest", "stiffest"] {
+        has_keys(&told[side], &["compliance_ratio", "load", "terms"], &[]);
+        list(&told[side], "terms").iter().for_each(|term| has_keys(term, &["field", "coefficient", "share"], &[]));
+    }
+    let [soft, stiff] = ["softest", "stiffest"].map(|side| number(&told[side], "compliance_ratio"));
+    assert!(0.0 < stiff && stiff <= soft, "{stiff} {soft}");
 }
 
 /// The triangle of springs, mesh and body; the mesh is one step coarser than the finer one in the scene that has it.
@@ -173,13 +199,23 @@ fn numbers_make_sense(result: &Value) {
     for key in ["compliance", "u_max", "u_norm2", "stiffness_frobenius", "measure"] {
         assert!(number(&result["reference"], key) > 0.0, "{key}");
     }
+    let names = |cases: &[Value]| cases.iter().map(|case| case["load"].clone()).collect::<Vec<_>>();
+    let loads: Vec<Value> = list(result, "loads").iter().map(|load| load["name"].clone()).collect();
+    assert_eq!(names(list(&result["reference"], "cases")), loads, "one answer for each load case");
+    for key in ["compliance", "u_max", "u_norm2"] {
+        covers_all(number(&result["reference"], key), list(&result["reference"], "cases"), |case| number(case, key));
+    }
+    let both = [list(calibration, "fitted"), list(calibration, "held_out")].concat();
+    for body in ["reference", "springs"] {
+        let strain = |owner: &Value| number(&owner["global_strain"], body);
+        covers_all(strain(calibration), &both, strain);
+    }
     let groups = list(calibration, "groups");
     assert_eq!(sizes["groups"], groups.len());
     assert_eq!(sizes["springs"], groups.iter().map(|g| number(g, "springs") as u64).sum::<u64>());
     for group in groups {
         let phi = number(group, "stiffness");
-        let formula = calibration["objective"] == "formula";
-        assert!(number(group, "lower") <= phi && (formula || phi <= number(group, "upper")), "{group}");
+        assert!(number(group, "lower") <= phi && (!fitted(calibration) || phi <= number(group, "upper")), "{group}");
     }
     let sweep = list(calibration, "sweep");
     let least = sweep.iter().map(|row| number(row, "e_rms")).fold(f64::INFINITY, f64::min);
@@ -194,6 +230,11 @@ fn numbers_make_sense(result: &Value) {
     }
     let cases = list(calibration, "fitted").len() + list(calibration, "held_out").len();
     assert_eq!(cases, list(&result["scene"], "load").len());
+}
+
+/// What is told for a whole run is the largest of all its load cases.
+fn covers_all(told: f64, cases: &[Value], of: impl Fn(&Value) -> f64) {
+    assert_eq!(told, cases.iter().map(of).fold(f64::NEG_INFINITY, f64::max), "{cases:?}");
 }
 
 /// springs.json has the sizes of the result.

@@ -72,8 +72,8 @@ pub enum Stop {
     EvaluationLimit,
     /// The problem was linear and solved in one step.
     Solved,
-    /// Nothing was searched: a formula gave the stiffness.
-    Formula,
+    /// Nothing was searched: the stiffness was given.
+    NotFitted,
     /// A ladder of groups came to the most groups of the scene.
     GroupLimit,
     /// A ladder came to the error of the scene.
@@ -92,7 +92,7 @@ impl Stop {
             Self::RefactorisationLimit => "refactorisation_limit",
             Self::EvaluationLimit => "evaluation_limit",
             Self::Solved => "solved",
-            Self::Formula => "formula",
+            Self::NotFitted => "not_fitted",
             Self::GroupLimit => "group_limit",
             Self::ErrorReached => "error_reached",
             Self::HeldOutRises => "held_out_rises",
@@ -131,7 +131,7 @@ pub struct Outcome {
 impl Outcome {
     /// Stiffnesses that nobody searched for; the error is not a number.
     pub fn known(phi: Vec<f64>) -> Self {
-        Self { phi, error: f64::NAN, stop: Stop::Formula, counts: Counts::default(), trace: vec![] }
+        Self { phi, error: f64::NAN, stop: Stop::NotFitted, counts: Counts::default(), trace: vec![] }
     }
 
     /// This outcome continued by another one that began where it ended.

@@ -12,6 +12,8 @@
 //! profile ([`crate::springs::profiles`]) the common value is one number phi and not one stiffness k. rho is in percent: a
 //! network whose springs differ from their common value by a factor of e (2.7) in the root mean square costs as much as
 //! an error of rho. In the logarithm no spring comes to rest at zero, which keeps mechanisms away.
+//!
+//! Where springs may rest at zero, ln phi gives place to arsinh(phi / c): the same above c, finite below.
 
 use crate::calibration::objective::{Counts, Objective};
 use crate::error::Result;
@@ -24,13 +26,21 @@ pub struct Prior {
     strength: f64,
     /// v_a.
     shares: Vec<f64>,
+    /// c; 0 for the logarithm.
+    linear_below: f64,
 }
 
 impl Prior {
     /// The prior of strength rho (percent) on the groups of a grouping.
     pub fn new(strength: f64, grouping: &Grouping) -> Self {
-        let springs = grouping.group_of.len().max(1) as f64;
-        Self { strength, shares: grouping.groups.iter().map(|group| group.springs as f64 / springs).collect() }
+        let springs: Vec<usize> = grouping.groups.iter().map(|group| group.springs).collect();
+        Self::of_sizes(strength, 0.0, &springs)
+    }
+
+    /// The prior on groups of so many springs, with arsinh(phi / c) for c > 0 in the place of ln phi.
+    pub fn of_sizes(strength: f64, linear_below: f64, springs: &[usize]) -> Self {
+        let all = springs.iter().sum::<usize>().max(1) as f64;
+        Self { strength, shares: springs.iter().map(|&springs| springs as f64 / all).collect(), linear_below }
     }
 
     /// rho, percent.
@@ -43,13 +53,32 @@ impl Prior {
         &self.shares
     }
 
-    /// The rows rho sqrt(v_a) (ln phi_a - y), one a group, percent; infinite where a group has no stiffness.
+    /// The rows rho sqrt(v_a) (ln phi_a - y), one a group, percent; infinite where a group has no stiffness and c is 0.
     pub fn rows(&self, phi: &[f64]) -> Vec<f64> {
-        if phi.iter().any(|phi| *phi <= 0.0) {
+        let c = self.linear_below;
+        if c == 0.0 && phi.iter().any(|phi| *phi <= 0.0) {
             return vec![f64::INFINITY; phi.len()];
         }
-        let mean: f64 = phi.iter().zip(&self.shares).map(|(phi, share)| share * phi.ln()).sum();
-        phi.iter().zip(&self.shares).map(|(phi, share)| self.strength * share.sqrt() * (phi.ln() - mean)).collect()
+        let x: Vec<f64> = phi.iter().map(|phi| if c > 0.0 { (phi / c).asinh() } else { phi.ln() }).collect();
+        let mean: f64 = x.iter().zip(&self.shares).map(|(x, share)| share * x).sum();
+        x.iter().zip(&self.shares).map(|(x, share)| self.strength * share.sqrt() * (x - mean)).collect()
+    }
+
+    /// Puts the rows below those of a residual, and their derivatives by phi below its Jacobian (rows x m, column-major).
+    pub fn append(&self, phi: &[f64], residual: &mut Vec<f64>, jacobian: &mut Vec<f64>) {
+        let (above, groups) = (residual.len(), phi.len());
+        let rows = above + groups;
+        residual.extend(self.rows(phi));
+        let mut all = vec![0.0; rows * groups];
+        for (b, column) in all.chunks_exact_mut(rows).enumerate() {
+            column[..above].copy_from_slice(&jacobian[b * above..(b + 1) * above]);
+            for (a, entry) in column[above..].iter_mut().enumerate() {
+                let own = if a == b { 1.0 } else { 0.0 };
+                let slope = (own - self.shares[b]) / phi[b].hypot(self.linear_below);
+                *entry = self.strength * self.shares[a].sqrt() * slope;
+            }
+        }
+        *jacobian = all;
     }
 
     /// The error with the prior, percent.
@@ -87,19 +116,7 @@ impl<O: Objective> Objective for Regularised<'_, O> {
 
     fn linearise(&mut self, residual: &mut Vec<f64>, jacobian: &mut Vec<f64>) -> Result<()> {
         self.objective.linearise(residual, jacobian)?;
-        let (above, groups) = (residual.len(), self.phi.len());
-        let rows = above + groups;
-        residual.extend(self.prior.rows(&self.phi));
-        let mut all = vec![0.0; rows * groups];
-        for (b, column) in all.chunks_exact_mut(rows).enumerate() {
-            column[..above].copy_from_slice(&jacobian[b * above..(b + 1) * above]);
-            for (a, entry) in column[above..].iter_mut().enumerate() {
-                let own = if a == b { 1.0 } else { 0.0 };
-                let slope = (own - self.prior.shares[b]) / self.phi[b];
-                *entry = self.prior.strength * self.prior.shares[a].sqrt() * slope;
-            }
-        }
-        *jacobian = all;
+        self.prior.append(&self.phi, residual, jacobian);
         Ok(())
     }
 

@@ -7,6 +7,7 @@ use springfit::scene::Located;
 
 mod bench;
 mod check;
+mod compare;
 mod export;
 mod list;
 mod new;
@@ -82,6 +83,16 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    /// Print two finished runs side by side: errors, both sides on other loads, steps, groups
+    Compare {
+        /// Folder of a run: springfit run SCENE --out DIR
+        first: PathBuf,
+        /// Folder of the other
+        second: PathBuf,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
     /// Print the JSON Schema of a scene
     Schema,
 }
@@ -133,6 +144,7 @@ pub fn run(call: &Call) -> Result<()> {
         Command::Bench { what } => bench::run(what),
         Command::Reproduce { id, out, json } => reproduce::run(id, out.as_deref(), *json),
         Command::Export { dir, to, out } => export::run(dir, to, out.as_deref()),
+        Command::Compare { first, second, json } => compare::run([first, second], *json),
         Command::Schema => schema::run(),
     }
 }

@@ -11,6 +11,7 @@ use springfit::clock::Progress;
 use springfit::error::Error;
 use springfit::export::folder::Folder;
 use springfit::export::write;
+use springfit::readable::significant;
 use springfit::report::ladder;
 use springfit::report::result::Document;
 use springfit::report::{budget, summary};
@@ -122,7 +123,8 @@ fn keep(checkpoint: &Checkpoint, error: &Error, quiet: bool) {
     if let Err(failure) = flushed.as_ref().map_err(|failure| failure.to_string()) {
         terminal::tell(&format!("warning: what was finished last is lost: {failure}"));
     }
-    let least = least_error.map(|error| format!(", smallest error so far {error:.4} %")).unwrap_or_default();
+    let least =
+        least_error.map(|error| format!(", smallest error so far {} %", significant(error, 5))).unwrap_or_default();
     let of_some = |count: usize, what: &str| if count > 0 { format!("{count} {what}; ") } else { String::new() };
     let walked = of_some(resolutions, "resolutions") + &of_some(rungs, "rungs of a ladder");
     terminal::tell(&format!(

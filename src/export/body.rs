@@ -7,8 +7,9 @@
 //! The reference displacement lives in the same functions as the shape. Its Bezier coefficients come out of the same
 //! cut: the control points' displacements take the place of their positions, in homogeneous form (w u, w).
 //!
-//! VTK numbers the points of a cell by corners, edges, faces, inside (`vtkBezierHexahedron`, VTK 9; the older numbering
-//! had the last two upright edges the other way round). The first parameter runs fastest inside edges, faces and cell.
+//! VTK numbers the points of a cell by corners, edges, faces, inside. The first parameter runs fastest inside edges, faces and cell. In a
+//! file below version 2.1, as ours is, the upright edges of a hexahedron come in the order of a grid: the last two are the
+//! other way round than in `vtkBezierHexahedron` of VTK 9, whose reader exchanges them.
 
 use crate::error::Result;
 use crate::geometry::grid::Grid;
@@ -109,10 +110,11 @@ fn quadrilateral([p, q, _]: [usize; 3]) -> Vec<[usize; 3]> {
     order
 }
 
-/// Local indices of a Bezier hexahedron in VTK's order.
+/// Local indices of a Bezier hexahedron in VTK's order, as in files below version 2.1.
 fn hexahedron([p, q, r]: [usize; 3]) -> Vec<[usize; 3]> {
-    let upright = [[0, 0], [p, 0], [p, q], [0, q]];
-    let mut order: Vec<[usize; 3]> = [0, r].iter().flat_map(|&k| upright.map(|[i, j]| [i, j, k])).collect();
+    let corners = [[0, 0], [p, 0], [p, q], [0, q]];
+    let upright = [[0, 0], [p, 0], [0, q], [p, q]];
+    let mut order: Vec<[usize; 3]> = [0, r].iter().flat_map(|&k| corners.map(|[i, j]| [i, j, k])).collect();
     order.extend([0, r].into_iter().flat_map(|k| around(p, q, k)));
     order.extend(upright.into_iter().flat_map(|[i, j]| inside(r).map(move |k| [i, j, k])));
     order.extend([0, p].into_iter().flat_map(|i| inside(r).flat_map(move |k| inside(q).map(move |j| [i, j, k]))));
@@ -140,15 +142,16 @@ fn inside(degree: usize) -> std::ops::Range<usize> {
 mod tests {
     use super::*;
 
-    /// `vtkBezierQuadrilateral::PointIndexFromIJK` and `vtkBezierHexahedron::PointIndexFromIJK` of VTK 9.7.
+    /// `vtkBezierQuadrilateral::PointIndexFromIJK` and `vtkBezierHexahedron::PointIndexFromIJK` of VTK 9.7 behind its reader of
+    /// files of version 1.0, which exchanges the last two upright edges.
     #[test]
-    fn vtk_9_point_numbering() {
+    fn vtk_point_numbering_of_files_of_version_1() {
         let flat =
             |order: Vec<[usize; 3]>| order.iter().map(|[i, j, k]| format!("{i}{j}{k}")).collect::<Vec<_>>().join(" ");
         assert_eq!(flat(quadrilateral([3, 2, 0])), "000 300 320 020 100 200 310 120 220 010 110 210");
         assert_eq!(
             flat(hexahedron([2, 2, 2])),
-            "000 200 220 020 002 202 222 022 100 210 120 010 102 212 122 012 001 201 221 021 011 211 101 121 110 112 111"
+            "000 200 220 020 002 202 222 022 100 210 120 010 102 212 122 012 001 201 021 221 011 211 101 121 110 112 111"
         );
         assert_eq!(
             flat(hexahedron([3, 2, 1])),

@@ -4,7 +4,7 @@
 //! schema, that every list has one entry a node or a spring, that springs join different nodes that are there, and that
 //! rest lengths are those of the places.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
@@ -52,7 +52,6 @@ pub struct Group {
 
 #[derive(Deserialize)]
 struct Document {
-    schema: String,
     calibration: Calibration,
 }
 
@@ -66,25 +65,56 @@ struct Calibration {
 /// # Errors
 /// [`Error::File`] with the folder when it is none or holds no result, with the file and what is wrong in it otherwise.
 pub fn read(folder: &Path) -> Result<Finished> {
-    if !folder.is_dir() {
-        return Err(refusal(folder, "there is no such folder"));
-    }
-    let files = ["result.json", "springs.json"].map(|name| folder.join(name));
-    if let Some(missing) = files.iter().find(|path| !path.is_file()) {
-        let name = missing.file_name().unwrap_or_default().to_string_lossy();
-        return Err(refusal(folder, &format!("holds no {name}: no run has finished here")));
-    }
-    let [result, springs] = &files;
-    let document: Document = parsed(result)?;
-    if document.schema != RESULT_SCHEMA {
-        return Err(wrong(result, format!("its schema is {:?}, not {RESULT_SCHEMA:?}", document.schema)));
-    }
-    let read: Springs<'static> = parsed(springs)?;
-    check(&read).map_err(|message| wrong(springs, message))?;
+    let document: Document = read_result(folder)?;
+    let springs = &file_of(folder, "springs.json")?;
+    let read = read_springs(springs)?;
     let network = network(&read).map_err(|message| wrong(springs, message))?;
     let fixed: Vec<[bool; 3]> = read.fixed.iter().map(|held| padded(held, false)).collect();
     let dofs = DofMap::untied(read.dimension, &fixed);
     Ok(Finished { network, dofs, springs: read, groups: document.calibration.groups })
+}
+
+/// Reads what is wanted of the result.json in the folder of a run.
+///
+/// # Errors
+/// [`Error::File`] with the folder when it is none or holds no result, with the file when it is another document.
+pub fn read_result<T: serde::de::DeserializeOwned>(folder: &Path) -> Result<T> {
+    if !folder.is_dir() {
+        return Err(refusal(folder, "there is no such folder"));
+    }
+    let path = file_of(folder, "result.json")?;
+    let document: serde_json::Value = parsed(&path)?;
+    if document["schema"] != RESULT_SCHEMA {
+        return Err(wrong(&path, format!("its schema is {}, not {RESULT_SCHEMA:?}", document["schema"])));
+    }
+    serde_json::from_value(document).map_err(|error| wrong(&path, error.to_string()))
+}
+
+/// The path of a file of a finished run.
+fn file_of(folder: &Path, name: &str) -> Result<PathBuf> {
+    let path = folder.join(name);
+    match path.is_file() {
+        true => Ok(path),
+        false => Err(refusal(folder, &format!("holds no {name}: no run has finished here"))),
+    }
+}
+
+/// Reads a springs.json, of this program or another one. Places, rest lengths and stiffness are taken as they are.
+///
+/// # Errors
+/// [`Error::File`] with the list that is missing or has another length than its nodes or springs.
+pub fn read_springs(path: &Path) -> Result<Springs<'static>> {
+    let help = |error: Error| match error {
+        Error::File { path, message, .. } => Error::File {
+            path,
+            message,
+            help: "give the springs.json of a network: springfit run SCENE --out DIR".into(),
+        },
+        other => other,
+    };
+    let read: Springs<'static> = parsed(path).map_err(help)?;
+    check(&read).map_err(|message| help(wrong(path, message)))?;
+    Ok(read)
 }
 
 fn refusal(folder: &Path, message: &str) -> Error {
@@ -133,8 +163,12 @@ fn check(springs: &Springs) -> std::result::Result<(), String> {
     let named = [("positions", short(&springs.positions))].into_iter();
     let named = named.chain(springs.loads.iter().map(|load| ("loads", short(&load.forces))));
     let held = springs.fixed.iter().position(|row| row.len() != d);
-    match named.chain([("fixed", held)]).find_map(|(name, node)| node.map(|node| (name, node))) {
-        Some((name, node)) => Err(format!("{name}: node {node} has not {d} components")),
+    if let Some((name, node)) = named.chain([("fixed", held)]).find_map(|(name, node)| Some((name, node?))) {
+        return Err(format!("{name}: node {node} has not {d} components"));
+    }
+    let missing = |&[a, b]: &[u32; 2]| a.max(b) as usize >= nodes;
+    match springs.edges.iter().position(missing) {
+        Some(s) => Err(format!("edges: spring {s} has no node {}", springs.edges[s][0].max(springs.edges[s][1]))),
         None => match springs.group.iter().position(|&group| group as usize >= springs.groups.len()) {
             Some(s) => Err(format!("group: spring {s} is in group {}, which is not there", springs.group[s])),
             None => Ok(()),
@@ -142,12 +176,11 @@ fn check(springs: &Springs) -> std::result::Result<(), String> {
     }
 }
 
-/// The springs between their nodes.
+/// The springs between their nodes, which are there.
 fn network(springs: &Springs) -> std::result::Result<Network, String> {
     let positions: Vec<[f64; 3]> = springs.positions.iter().map(|x| padded(x, 0.0)).collect();
     let one = |(s, (&[a, b], &length)): (usize, (&[u32; 2], &f64))| {
-        let place = |node: u32| positions.get(node as usize).ok_or(format!("edges: spring {s} has no node {node}"));
-        let (from, to) = (place(a)?, place(b)?);
+        let [from, to] = [a, b].map(|node| positions[node as usize]);
         let step: [f64; 3] = std::array::from_fn(|i| to[i] - from[i]);
         let distance = step.iter().map(|d| d * d).sum::<f64>().sqrt();
         let same = (distance - length).abs() <= SAME_LENGTH * distance && distance > 0.0;

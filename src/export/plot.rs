@@ -2,11 +2,16 @@
 
 use plotters::prelude::*;
 
+use crate::readable::short;
+
 /// Width and height in pixels.
 const EXTENT: (u32, u32) = (900, 540);
 
 /// Part of the range of the values that is left free above and below the curves.
 const MARGIN: f64 = 0.04;
+
+/// Part of an axis that is rounding of its marks.
+const ROUNDING: f64 = 1e-9;
 
 /// One curve.
 pub struct Curve {
@@ -47,20 +52,19 @@ fn draw<'a>(root: &Area<'a>, labels: &Labels, curves: &[Curve]) -> Drawn<'a> {
     let shown: Vec<_> = curves.iter().map(finite).collect();
     let times = range(shown.iter().flatten().map(|point| point.0), 0.0);
     let values = range(shown.iter().flatten().map(|point| point.1), MARGIN);
-    let plain = (1e-3..1e5).contains(&values.start.abs().max(values.end.abs()));
+    let [x_step, y_step] = [&times, &values].map(|range| ROUNDING * (range.end - range.start));
     let mut chart = ChartBuilder::on(root)
         .caption(labels.title, ("sans-serif", 20))
         .margin(12)
         .x_label_area_size(40)
         .y_label_area_size(70)
         .build_cartesian_2d(times, values)?;
-    let value = |y: &f64| if plain { short(*y) } else { format!("{y:.1e}") };
     chart
         .configure_mesh()
         .x_desc(labels.time)
         .y_desc(labels.value)
-        .x_label_formatter(&|x| short(*x))
-        .y_label_formatter(&value)
+        .x_label_formatter(&mark(x_step))
+        .y_label_formatter(&mark(y_step))
         .draw()?;
     for (index, (curve, points)) in curves.iter().zip(shown).enumerate() {
         let colour = Palette99::pick(index).to_rgba();
@@ -72,11 +76,9 @@ fn draw<'a>(root: &Area<'a>, labels: &Labels, curves: &[Curve]) -> Drawn<'a> {
     chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK).draw()
 }
 
-/// A number without the digits that rounding adds at its end.
-fn short(value: f64) -> String {
-    let text = format!("{value:.6}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".into() } else { text.into() }
+/// The text of a mark on an axis; what is rounding of its extent is zero.
+fn mark(rounding: f64) -> impl Fn(&f64) -> String {
+    move |value| short(if value.abs() < rounding { 0.0 } else { *value })
 }
 
 /// A range that holds all values, wider by a part of itself; never empty.
@@ -110,9 +112,13 @@ mod tests {
             assert!(svg(&labels, &[Curve { name: "one".into(), points }]).contains("</svg>"));
         }
     }
-
+    /// A micron over a microsecond: 1e-6 was written as 0.
     #[test]
-    fn labels_are_short() {
-        assert_eq!([0.1 + 0.2, 2.0, -0.0, 1e-9, 1250.5].map(short), ["0.3", "2", "0", "0", "1250.5"]);
+    fn marks_have_digits_at_any_scale() {
+        assert_eq!([0.1 + 0.2, 2.0, -1e-17, 1e-6].map(|x| mark(1e-9)(&x)), ["0.3", "2", "0", "1e-6"]);
+        let labels = Labels { title: "strain", time: "time, s", value: "m" };
+        let text = svg(&labels, &[Curve { name: "one".into(), points: vec![(0.0, 0.0), (1e-6, 2e-6)] }]);
+        let marks = || text.lines().map(str::trim).filter(|line| line.parse::<f64>().is_ok());
+        assert!(marks().filter(|mark| *mark == "0").count() <= 2 && marks().any(|mark| mark.contains("e-")), "{text}");
     }
 }

@@ -1,8 +1,12 @@
 //! The XML file of VTK's unstructured grids (.vtu): points, cells, and fields on both.
 //!
-//! Numbers are stored as they are in memory, little-endian, in base64, behind their length in bytes (UInt64). The file
-//! version is 2.2: from that version on the nodes of hexahedra of higher order are numbered as VTK 9 does; readers
-//! renumber older files.
+//! Numbers are stored as they are in memory, little-endian, in base64, behind their length in bytes (UInt64, which needs version 1.0).
+//! The file version is 1.0: meshio (5.3) reads 0.1 and 1.0 and refuses all others, ParaView reads every version. Below 2.1 the points of
+//! hexahedra of higher order are numbered in the older way, and VTK renumbers them as it reads: [`super::body`] writes that
+//! way. meshio has no Bezier cells in any version: it reads networks, meshes and frames, not the exact body of a patch.
+
+/// The version of the format.
+const VERSION: &str = "1.0";
 
 /// Type number of a cell between two points.
 pub const LINE: u8 = 3;
@@ -110,9 +114,9 @@ impl Field {
 pub fn document(grid: &UnstructuredGrid) -> Vec<u8> {
     let cells = grid.cells.types.len();
     let mut text = String::from("<?xml version=\"1.0\"?>\n");
-    text.push_str(
-        "<VTKFile type=\"UnstructuredGrid\" version=\"2.2\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n",
-    );
+    text.push_str(&format!(
+        "<VTKFile type=\"UnstructuredGrid\" version=\"{VERSION}\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
+    ));
     let piece = format!("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{cells}\">", grid.points.len());
     text.push_str(&format!("<UnstructuredGrid>\n{piece}\n"));
     let connectivity = grid.cells.connectivity.iter().map(|&point| i64::from(point)).collect();

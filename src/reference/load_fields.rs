@@ -81,7 +81,7 @@ pub fn load(field: &Field, strength: f64, positions: &[[f64; 3]], dofs: &DofMap)
 }
 
 /// Centre of the box around some points, and its largest extent (1 for a single point).
-fn centre_and_extent(positions: &[[f64; 3]]) -> ([f64; 3], f64) {
+pub(super) fn centre_and_extent(positions: &[[f64; 3]]) -> ([f64; 3], f64) {
     let end = |a: usize, pick: fn(f64, f64) -> f64, from: f64| positions.iter().fold(from, |end, x| pick(end, x[a]));
     let low: [f64; 3] = std::array::from_fn(|a| end(a, f64::min, f64::INFINITY));
     let high: [f64; 3] = std::array::from_fn(|a| end(a, f64::max, f64::NEG_INFINITY));

@@ -28,9 +28,14 @@ pub struct Load {
     pub total: [f64; 3],
     /// Sum of the forces that a support takes at once, in N.
     pub held: [f64; 3],
-    /// The nodes at which it takes them, ascending.
+    /// The nodes at which it takes them, ascending; what is rounding beside the largest force is none.
     pub held_nodes: Vec<u32>,
+    /// The largest of its components that a support takes at once at one node, in N.
+    pub held_most: f64,
 }
+
+/// Forces below this fraction of the largest are rounding.
+const ROUNDING: f64 = 1e-14;
 
 /// A load from one force for each node (N, n x 3). Forces on tied nodes add up.
 ///
@@ -41,7 +46,8 @@ pub struct Load {
 /// When there is not one force for each node.
 pub fn nodal(dofs: &DofMap, forces: &[[f64; 3]]) -> Result<Load> {
     assert_eq!(forces.len(), dofs.nodes(), "one force for each node");
-    let mut load = Load { forces: vec![0.0; dofs.len()], total: [0.0; 3], held: [0.0; 3], held_nodes: Vec::new() };
+    let mut load = Load { forces: vec![0.0; dofs.len()], ..Load::default() };
+    let least = ROUNDING * forces.iter().flatten().fold(0.0, |most: f64, f| most.max(f.abs()));
     for (node, force) in forces.iter().enumerate() {
         if !force.iter().all(|f| f.is_finite()) {
             let message = format!("the force {force:?} on node {node} is not finite");
@@ -50,7 +56,8 @@ pub fn nodal(dofs: &DofMap, forces: &[[f64; 3]]) -> Result<Load> {
         for (i, &dof) in dofs.free(node).iter().enumerate() {
             if dof == FIXED {
                 load.held[i] += force[i];
-                if force[i] != 0.0 && load.held_nodes.last() != Some(&(node as u32)) {
+                load.held_most = load.held_most.max(force[i].abs());
+                if force[i].abs() > least && load.held_nodes.last() != Some(&(node as u32)) {
                     load.held_nodes.push(node as u32);
                 }
             } else {
@@ -80,6 +87,7 @@ impl Load {
         self.forces.iter_mut().for_each(|f| *f *= factor);
         self.total = self.total.map(|f| f * factor);
         self.held = self.held.map(|f| f * factor);
+        self.held_most *= factor.abs();
     }
 }
 
@@ -135,9 +143,10 @@ pub fn point(dofs: &DofMap, node: usize, force: [f64; 3]) -> Result<Load> {
 /// # Errors
 /// Those of [`nodal`] and of [`IntegrationPoints::fill`].
 pub fn body_force(points: &IntegrationPoints, dofs: &DofMap, density: &dyn Fn([f64; 3]) -> [f64; 3]) -> Result<Load> {
+    let points = points.of_body();
     let mut filled = ElementPoints::default();
     let mut sums = vec![[0.0; 3]; points.nodes()];
-    for e in (0..points.elements()).filter(|&e| points.part(e).has_mass()) {
+    for e in 0..points.elements() {
         points.fill(e, &mut filled)?;
         let acting = points.acting(e);
         for (q, values) in filled.values.chunks_exact(acting.len().max(1)).enumerate() {

@@ -7,7 +7,8 @@
 //! Rayleigh          C    = alpha_R M + beta_R K
 //! ```
 //!
-//! V_e is the integrated measure of element e, n_e how many nodes act in it. All three masses add up to the mass of the
+//! V_e is the integrated measure of element e, n_e how many nodes act in it. Elements are those that cover the body once
+//! ([`IntegrationPoints::of_body`]), so that the mass is that of the body however its stiffness is integrated. All three masses add up to the mass of the
 //! body. The consistent one lives on the pattern of the stiffness, so that M, C and K can be added entry by entry. Lumped
 //! masses are positive where the shape functions are, which those of all our methods are. Nodes that are tied carry their
 //! mass at their master. Masses in kg, rho in kg/m^3, alpha_R in 1/s, beta_R in s.
@@ -31,10 +32,10 @@ pub fn consistent(
     dofs: &DofMap,
     pattern: &Pattern,
 ) -> Result<CsrMatrix<f64>> {
+    let points = points.of_body();
     let dimension = points.dimension();
     assemble(pattern, points.elements(), ElementPoints::default, |e, filled, matrix: &mut ElementMatrix| {
         points.fill_mass(e, filled)?;
-        let density = if points.part(e).has_mass() { density } else { 0.0 };
         element_dofs(points.acting(e), dofs, &mut matrix.dofs);
         let (nodes, size) = (points.acting(e).len(), points.acting(e).len() * dimension);
         matrix.values.clear();
@@ -55,10 +56,10 @@ pub fn consistent(
 /// # Errors
 /// Those of [`IntegrationPoints::fill`].
 pub fn lumped(points: &IntegrationPoints, density: f64, dofs: &DofMap) -> Result<Vec<f64>> {
+    let points = points.of_body();
     let shares = points.map(|e, filled| {
         let nodes = points.acting(e).len();
         let mut shares = vec![0.0; nodes];
-        let density = if points.part(e).has_mass() { density } else { 0.0 };
         for (q, values) in filled.values.chunks_exact(nodes.max(1)).enumerate() {
             shares.iter_mut().zip(values).for_each(|(share, value)| *share += density * filled.volumes[q] * value);
         }
@@ -72,10 +73,8 @@ pub fn lumped(points: &IntegrationPoints, density: f64, dofs: &DofMap) -> Result
 /// # Errors
 /// Those of [`IntegrationPoints::fill`].
 pub fn equal_shares(points: &IntegrationPoints, density: f64, dofs: &DofMap) -> Result<Vec<f64>> {
-    let volumes = points.map(|e, filled| match points.part(e).has_mass() {
-        true => filled.volumes.iter().sum::<f64>(),
-        false => 0.0,
-    })?;
+    let points = points.of_body();
+    let volumes = points.map(|_, filled| filled.volumes.iter().sum::<f64>())?;
     Ok(collected(points, dofs, |e, _| density * volumes[e] / points.acting(e).len() as f64))
 }
 

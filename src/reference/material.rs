@@ -11,15 +11,11 @@
 //!
 //! Plane strain: nothing moves along z. Plane stress: nothing pulls along z; eliminating e_zz gives the second lambda,
 //! so that one law with two numbers serves all three cases (thesis section 2.2; any book on elasticity). Plane stress
-//! stays finite at nu = 1/2; the other two do not, and close to 1/2 low-order displacement elements lock: they answer
-//! far too stiffly, because every element has to keep its volume.
+//! stays finite at nu = 1/2; the other two do not, and close to 1/2 many elements lock ([`super::locking`]).
 //!
 //! Units: E, lambda, mu in Pa; nu without unit.
 
 use crate::error::{Error, Result};
-
-/// Above this Poisson's ratio a displacement method may lock.
-const LOCKING_POISSON: f64 = 0.49;
 
 /// What the body is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,18 +64,6 @@ impl Material {
             ));
         }
         Ok(Lame { lambda: young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)), mu })
-    }
-
-    /// What a user should know about this material with full integration, if anything: locking near nu = 1/2.
-    pub fn locking_warning(&self, dimension: usize, plane: Plane) -> Option<String> {
-        let compressible = self.poisson <= LOCKING_POISSON || (dimension == 2 && plane == Plane::Stress);
-        (!compressible).then(|| {
-            format!(
-                "material.poisson = {} is above {LOCKING_POISSON}: a fully integrated displacement method locks \
-                 (answers too stiffly); use degree 3 or more and compare with a finer grid",
-                self.poisson
-            )
-        })
     }
 
     fn check(&self) -> Result<()> {
@@ -153,11 +137,8 @@ mod tests {
         for (dimension, plane) in [(3, Plane::Stress), (2, Plane::Strain)] {
             assert_eq!(key(with(0.5).lame(dimension, plane)), "material.poisson");
             assert!(with(0.4999).lame(dimension, plane).is_ok());
-            assert!(with(0.4999).locking_warning(dimension, plane).is_some_and(|text| text.contains("0.4999")));
-            assert_eq!(with(0.49).locking_warning(dimension, plane), None);
         }
         assert!(with(0.5).lame(2, Plane::Stress).is_ok());
-        assert_eq!(with(0.5).locking_warning(2, Plane::Stress), None);
         for bad in [-1.0, 0.51, f64::NAN, f64::INFINITY] {
             assert_eq!(key(with(bad).lame(2, Plane::Stress)), "material.poisson");
         }

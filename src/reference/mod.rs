@@ -3,12 +3,14 @@
 //! | file | idea |
 //! |---|---|
 //! | [`material`] | Young's modulus and Poisson's ratio to the two constants of isotropic elasticity |
+//! | [`locking`] | a word about methods that lock near nu = 1/2 |
 //! | [`points`] | integration points, the one currency between a method and every integral |
 //! | [`methods`] | the table of methods, and how each fills them: splines, finite elements |
 //! | [`stiffness`] | element stiffness, its pattern and its assembly |
 //! | [`mass`] | consistent and lumped masses, Rayleigh damping |
 //! | [`loads`] | forces on nodes, tractions on faces of a patch, body forces |
 //! | [`load_fields`] | torsion, bending, radial and random smooth forces |
+//! | [`polynomial_loads`] | all forces of degree 2 in the place |
 //! | [`load_file`] | forces from a JSON file |
 //! | [`side_loads`] | tractions on sides of a mesh |
 //! | [`corotational`] | large rotations: energy, forces and tangents by domain, and their equilibrium |
@@ -25,12 +27,14 @@ pub mod corotational;
 pub mod load_fields;
 pub mod load_file;
 pub mod loads;
+pub mod locking;
 pub mod mass;
 pub mod material;
 pub mod matrix_free;
 pub mod methods;
 pub mod modes;
 pub mod points;
+pub mod polynomial_loads;
 mod quadrature;
 mod ragged;
 pub mod side_loads;
@@ -84,6 +88,16 @@ pub struct Reference {
     pub accuracy: Accuracy,
     /// Seconds for all of it.
     pub seconds: f64,
+}
+
+/// What a body is solved under.
+#[derive(Debug, Clone, Copy)]
+pub struct Forces<'a> {
+    /// The load cases.
+    pub loads: &'a [Load],
+    /// Further forces on the free degrees of freedom, one after the other, N: they have displacements and nothing else, and
+    /// change no bit of the load cases.
+    pub probes: &'a [f64],
 }
 
 /// How a body was solved.
@@ -155,12 +169,27 @@ impl Reference {
         loads: &[Load],
         interrupt: &Interrupt,
     ) -> Result<Self> {
+        Ok(Self::solve_probing(points, lame, dofs, order, Forces { loads, probes: &[] }, interrupt)?.0)
+    }
+
+    /// [`Reference::solve_watching`], and the displacements (m, one after the other) under the probes.
+    ///
+    /// # Errors
+    /// Those of [`Reference::solve_watching`].
+    pub fn solve_probing(
+        points: &IntegrationPoints,
+        lame: Lame,
+        dofs: &DofMap,
+        order: Vec<u32>,
+        forces: Forces,
+        interrupt: &Interrupt,
+    ) -> Result<(Self, Vec<f64>)> {
         if let Some(reason) = reason_to_factor(points, dofs) {
-            return Self::direct(points, lame, dofs, order, loads, reason);
+            return Self::factor(points, lame, dofs, order, forces, reason);
         }
-        match Self::iterate(points, lame, dofs, loads, interrupt)? {
-            Some(reference) => Ok(reference),
-            None => Self::direct(points, lame, dofs, order, loads, "the iteration did not converge"),
+        match Self::iterate(points, lame, dofs, forces, interrupt)? {
+            Some(found) => Ok(found),
+            None => Self::factor(points, lame, dofs, order, forces, "the iteration did not converge"),
         }
     }
 
@@ -176,19 +205,31 @@ impl Reference {
         loads: &[Load],
         reason: &'static str,
     ) -> Result<Self> {
+        Ok(Self::factor(points, lame, dofs, order, Forces { loads, probes: &[] }, reason)?.0)
+    }
+
+    fn factor(
+        points: &IntegrationPoints,
+        lame: Lame,
+        dofs: &DofMap,
+        order: Vec<u32>,
+        Forces { loads, probes }: Forces,
+        reason: &'static str,
+    ) -> Result<(Self, Vec<f64>)> {
         let watch = Stopwatch::start();
         let pattern = stiffness::pattern(points, dofs);
         let stiffness = stiffness::stiffness(points, lame, dofs, &pattern)?;
         let symbolic = Symbolic::analyse(&pattern, order)?;
         let right: Vec<&[f64]> = loads.iter().map(|load| load.forces.as_slice()).collect();
-        let solved = statics::solve(&stiffness, &symbolic, &right).map_err(|error| match error {
-            Error::NotPositiveDefinite { .. } => {
-                let modes = zero_modes(&symbolic, &symbolic.lower_of(&stiffness));
-                if modes.count == 0 { error } else { mechanism("reference body", &modes, dofs) }
-            }
-            other => other,
-        })?;
-        Ok(Self {
+        let (solved, probed) =
+            statics::solve_probing(&stiffness, &symbolic, &right, probes).map_err(|error| match error {
+                Error::NotPositiveDefinite { .. } => {
+                    let modes = zero_modes(&symbolic, &symbolic.lower_of(&stiffness));
+                    if modes.count == 0 { error } else { mechanism("reference body", &modes, dofs) }
+                }
+                other => other,
+            })?;
+        let found = Self {
             frobenius: stiffness
                 .row_iter()
                 .map(|row| row.values().iter().map(|k| k * k).sum::<f64>())
@@ -201,7 +242,8 @@ impl Reference {
             accuracy: solved.accuracy,
             large: None,
             seconds: watch.seconds(),
-        })
+        };
+        Ok((found, probed))
     }
 
     /// Solves by conjugate gradients; `None` when the body is not a spline patch or the iteration does not converge.
@@ -209,23 +251,31 @@ impl Reference {
     /// # Errors
     /// [`crate::error::Error::FoldedElement`].
     pub fn iterative(points: &IntegrationPoints, lame: Lame, dofs: &DofMap, loads: &[Load]) -> Result<Option<Self>> {
-        Self::iterate(points, lame, dofs, loads, &Interrupt::default())
+        let found = Self::iterate(points, lame, dofs, Forces { loads, probes: &[] }, &Interrupt::default())?;
+        Ok(found.map(|(reference, _)| reference))
     }
 
     fn iterate(
         points: &IntegrationPoints,
         lame: Lame,
         dofs: &DofMap,
-        loads: &[Load],
+        Forces { loads, probes }: Forces,
         interrupt: &Interrupt,
-    ) -> Result<Option<Self>> {
+    ) -> Result<Option<(Self, Vec<f64>)>> {
         let watch = Stopwatch::start();
         let right: Vec<&[f64]> = loads.iter().map(|load| load.forces.as_slice()).collect();
         let limits = Limits { tolerance: TOLERANCE, iterations: ITERATIONS };
-        let Some(found) = matrix_free::solve::solve(points, lame, dofs, &right, limits, interrupt)? else {
-            return Ok(None);
+        let solve = |right: &[&[f64]]| matrix_free::solve::solve(points, lame, dofs, right, limits, interrupt);
+        let Some(found) = solve(&right)? else { return Ok(None) };
+        let probes: Vec<&[f64]> = probes.chunks_exact(dofs.len().max(1)).collect();
+        let probed = match probes.is_empty() {
+            true => vec![],
+            false => match solve(&probes)? {
+                Some(probed) => probed.displacements.concat(),
+                None => return Ok(None),
+            },
         };
-        Ok(Some(Self {
+        let reference = Self {
             stiffness: None,
             frobenius: found.frobenius,
             path: Path::Iterative { iterations: found.iterations, residual: found.residual },
@@ -234,7 +284,8 @@ impl Reference {
             large: None,
             accuracy: found.accuracy,
             seconds: watch.seconds(),
-        }))
+        };
+        Ok(Some((reference, probed)))
     }
 
     /// sqrt(sum of K_ij^2) over the free degrees of freedom, in N/m.

@@ -12,6 +12,10 @@
 //! m^3: in two dimensions they contain the thickness. Integrals of N_a N_b (the mass) may need more points than those of
 //! the gradients: [`IntegrationPoints::fill_mass`].
 //!
+//! Elements of the stiffness may overlap, as smoothing domains do. What does not look at gradients (masses, volume, body
+//! forces) is integrated over elements that cover the body once, the cells of the mesh: [`IntegrationPoints::of_body`]. So
+//! it is the same for every method on that mesh.
+//!
 //! A method against locking takes the change of volume of an element not from the gradients g_a(q) at a point but from
 //! their mean over the element, V = sum_q v_q:
 //!
@@ -92,7 +96,7 @@ impl ElementPoints {
 }
 
 /// What of the material acts in an element. A method may integrate shear and volume change over different elements that
-/// cover the body twice; only the shear elements then stand for its volume.
+/// cover the body twice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// All of it.
@@ -112,11 +116,6 @@ impl Part {
             Self::Volume => Lame { mu: 0.0, ..lame },
         }
     }
-
-    /// True where the element stands for volume of the body.
-    pub fn has_mass(self) -> bool {
-        self != Self::Volume
-    }
 }
 
 /// How a method fills the points of one element.
@@ -132,6 +131,8 @@ pub struct IntegrationPoints<'a> {
     /// Empty when every element has the whole material.
     parts: Vec<Part>,
     fill_mass: Option<Fill<'a>>,
+    /// The elements that cover the body once, where these do not.
+    body: Option<Box<Self>>,
     mean_dilatation: bool,
     splines: Option<(&'a Patch, usize)>,
     warnings: Vec<String>,
@@ -150,6 +151,7 @@ impl<'a> IntegrationPoints<'a> {
             fill,
             parts: Vec::new(),
             fill_mass: None,
+            body: None,
             mean_dilatation: false,
             splines: None,
             warnings: Vec::new(),
@@ -160,6 +162,18 @@ impl<'a> IntegrationPoints<'a> {
     pub(super) fn with_mass_points(mut self, fill: Fill<'a>) -> Self {
         self.fill_mass = Some(fill);
         self
+    }
+
+    /// The same elements for the stiffness alone; `body` covers the same nodes once.
+    pub(super) fn over_body(mut self, body: Self) -> Self {
+        self.body = Some(Box::new(body));
+        self
+    }
+
+    /// The elements that cover the body once, for masses, volume and body forces: these, or the cells below domains that
+    /// overlap.
+    pub fn of_body(&self) -> &Self {
+        self.body.as_deref().unwrap_or(self)
     }
 
     /// The same points with the change of volume from the mean gradients of the element.
@@ -285,10 +299,7 @@ impl<'a> IntegrationPoints<'a> {
     /// # Errors
     /// Those of [`IntegrationPoints::fill`].
     pub fn measure(&self) -> Result<f64> {
-        let volumes = self.map(|element, points| match self.part(element).has_mass() {
-            true => points.volumes.iter().sum::<f64>(),
-            false => 0.0,
-        })?;
+        let volumes = self.of_body().map(|_, points| points.volumes.iter().sum::<f64>())?;
         Ok(volumes.iter().sum::<f64>() / self.thickness)
     }
 }

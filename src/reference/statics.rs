@@ -31,6 +31,20 @@ pub struct Equilibrium {
 /// [`crate::error::Error::NotPositiveDefinite`] with a loose unknown when the body can move freely;
 /// [`crate::error::Error::Inaccurate`] when a solution stays inaccurate after refinement.
 pub fn solve(stiffness: &CsrMatrix<f64>, symbolic: &Arc<Symbolic>, loads: &[&[f64]]) -> Result<Equilibrium> {
+    Ok(solve_probing(stiffness, symbolic, loads, &[])?.0)
+}
+
+/// [`solve`], and the displacements (m, one after the other) under `probes` (N, one after the other) by the same factor: they
+/// are checked like the others, and their accuracy is not told.
+///
+/// # Errors
+/// Those of [`solve`].
+pub fn solve_probing(
+    stiffness: &CsrMatrix<f64>,
+    symbolic: &Arc<Symbolic>,
+    loads: &[&[f64]],
+    probes: &[f64],
+) -> Result<(Equilibrium, Vec<f64>)> {
     let mut factor = Factor::new(Arc::clone(symbolic));
     factor.load(stiffness);
     if let Some(modes) = factor.refactor_or_count()? {
@@ -40,8 +54,11 @@ pub fn solve(stiffness: &CsrMatrix<f64>, symbolic: &Arc<Symbolic>, loads: &[&[f6
     let mut solved = vec![0.0; right.len()];
     factor.solve(&right, &mut solved)?;
     let accuracy = factor.accuracy(&right, &solved);
+    let mut probed = vec![0.0; probes.len()];
+    factor.solve(probes, &mut probed)?;
     let size = symbolic.len().max(1);
-    Ok(Equilibrium { displacements: solved.chunks(size).map(<[f64]>::to_vec).collect(), accuracy })
+    let displacements = solved.chunks(size).map(<[f64]>::to_vec).collect();
+    Ok((Equilibrium { displacements, accuracy }, probed))
 }
 
 /// Subtracts from `forces` (free degrees of freedom, N) what it takes to hold the body in the shape `given` (m, n x 3).

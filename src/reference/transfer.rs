@@ -42,6 +42,7 @@ pub fn densities(
 /// # Errors
 /// Those of the integration points and of [`loads::nodal`].
 pub fn load(points: &IntegrationPoints, dofs: &DofMap, density: &[[f64; 3]]) -> Result<Load> {
+    let points = points.of_body();
     let shares = points.map_mass(|e, filled| {
         let acting = points.acting(e);
         let mut shares = vec![[0.0; 3]; acting.len()];
@@ -75,6 +76,7 @@ pub struct Size {
 /// # Errors
 /// Those of the integration points.
 pub fn size(points: &IntegrationPoints, field: &[[f64; 3]]) -> Result<Size> {
+    let points = points.of_body();
     let parts = points.map_mass(|e, filled| {
         let (mut square, mut volume, mut largest) = (0.0, 0.0, 0.0_f64);
         for_each_point(points.acting(e), filled, field, |v, _, u| {

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
+use crate::readable::significant;
 use crate::study::budget::{Front, Outcome, Point};
 
 use super::bench::chart::{self, Labels, Series};
@@ -77,14 +78,14 @@ pub fn table(front: &Front, chosen: Option<usize>) -> String {
         };
         let _ = writeln!(
             text,
-            "{:<16} {:>7} {:>9} {:>10.4} {:>10.4} {:>12.3e} {:>14.3}{mark}",
+            "{:<16} {:>7} {:>9} {:>10} {:>10} {:>12.3e} {:>14}{mark}",
             grid(&point.control_points),
             point.groups,
             point.springs,
-            point.fitted,
-            point.error,
+            significant(point.fitted, 5),
+            significant(point.error, 5),
             point.step_seconds,
-            point.calibration_seconds
+            significant(point.calibration_seconds, 3)
         );
     }
     text.push_str("* on the Pareto front of error, step and groups\n");

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
+use crate::readable::significant;
 use crate::study::Study;
 
 /// The errors against a finer mesh, in percent of its largest displacement: see [`crate::study::converged`].
@@ -47,11 +48,9 @@ pub fn summary(study: &Study) -> Option<String> {
         found.free_dofs, "load", "springs", "mesh", "total", "finer mesh +-"
     );
     for (load, split) in study.loads.iter().zip(&found.cases) {
-        let _ = writeln!(
-            text,
-            "{:<24} {:>10.4} {:>10.4} {:>10.4} {:>16.4}",
-            load.name, split.springs, split.mesh, split.total, split.remaining
-        );
+        let [springs, mesh, total, remaining] =
+            [split.springs, split.mesh, split.total, split.remaining].map(|error| significant(error, 5));
+        let _ = writeln!(text, "{:<24} {springs:>10} {mesh:>10} {total:>10} {remaining:>16}", load.name);
     }
     Some(text)
 }

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::calibration::adaptive::Rung;
 use crate::export::plot::{self, Curve, Labels};
+use crate::readable::{shortened, significant};
 
 /// One rung in result.json; errors in percent, work and seconds of the whole ladder so far.
 #[derive(Debug, Serialize)]
@@ -36,6 +37,9 @@ pub fn rows(rungs: &[Rung]) -> Vec<Row<'_>> {
         .collect()
 }
 
+/// Most characters of a split in the table; result.json has the whole words.
+const SPLIT: usize = 60;
+
 /// The rungs as a table for people.
 pub fn table(rungs: &[Rung]) -> String {
     let mut text = format!(
@@ -43,16 +47,20 @@ pub fn table(rungs: &[Rung]) -> String {
         "groups", "e_rms %", "held out %", "refactorisations", "solves", "seconds"
     );
     for rung in rungs {
-        let held_out = rung.held_out.map_or("-".to_owned(), |error| format!("{error:.4}"));
+        let held_out = rung.held_out.map_or("-".to_owned(), |error| significant(error, 4));
         let split = match &rung.splits[..] {
-            [] => "the kinds",
-            [one] => one,
-            [one, more @ ..] => &format!("{one} and {} more", more.len()),
+            [] => "the kinds".to_owned(),
+            [one] => shortened(one, SPLIT),
+            [one, more @ ..] => format!("{} and {} more", shortened(one, SPLIT), more.len()),
         };
         let _ = writeln!(
             text,
-            "{:>6} {:>10.4} {held_out:>12} {:>16} {:>8} {:>9.3}  {split}",
-            rung.groups, rung.error, rung.counts.refactorisations, rung.counts.solves, rung.seconds
+            "{:>6} {:>10} {held_out:>12} {:>16} {:>8} {:>9}  {split}",
+            rung.groups,
+            significant(rung.error, 4),
+            rung.counts.refactorisations,
+            rung.counts.solves,
+            significant(rung.seconds, 3)
         );
     }
     text

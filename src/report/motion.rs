@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::dynamics::energy::{Energies, drift};
 use crate::dynamics::integrator::Integrator;
 use crate::dynamics::stability::Limit;
+use crate::readable::significant;
 use crate::scene;
 use crate::study::motion::Moved;
 use crate::study::motion::limits::{Limits, bound};
@@ -160,13 +161,14 @@ pub fn summary(data: &crate::study::motion::Dynamics) -> String {
     for limits in &data.limits {
         let _ = write!(text, "largest stable step of leapfrog, {}:", alpha(limits.alpha));
         if let Some(limit) = limits.at_rest {
-            let _ = write!(text, " {:.4e} s in small motion (omega_max {:.2} rad/s)", limit.damped, limit.omega_max);
+            let omega = significant(limit.omega_max, 5);
+            let _ = write!(text, " {:.4e} s in small motion (omega_max {omega} rad/s)", limit.damped);
         }
         if let Some(limit) = limits.any_motion {
             let _ = write!(text, " {:.4e} s in any motion", limit.damped);
         }
         if let (Some(step), Some(least)) = (limits.step, limits.smallest_alpha) {
-            let _ = write!(text, "; a step of {step:.4e} s needs alpha {least:.4} or more");
+            let _ = write!(text, "; a step of {step:.4e} s needs alpha {} or more", significant(least, 5));
         }
         text.push('\n');
     }
@@ -174,9 +176,12 @@ pub fn summary(data: &crate::study::motion::Dynamics) -> String {
         let Motion { steps, step, drift, largest_strain, last_strain, seconds, .. } = motion(moved);
         let _ = writeln!(
             text,
-            "motion, {}: {steps} steps of {step:.4e} s, energy drift {drift:.1e}, global strain at most {largest_strain:.3} %, \
-             {last_strain:.3} % at the end, {seconds:.3} s",
-            alpha(moved.alpha)
+            "motion, {}: {steps} steps of {step:.4e} s, energy drift {drift:.1e}, global strain at most {} %, {} % at the end, \
+             {} s",
+            alpha(moved.alpha),
+            significant(largest_strain, 4),
+            significant(last_strain, 4),
+            significant(seconds, 3)
         );
     }
     text

@@ -6,6 +6,8 @@
 //! | `displacement` | the other tables of chapter 5: displacement calibrations |
 //! | [`motion`] | experiments 4.II and 5.V: networks in motion |
 //! | [`frontier`] | errors on loads outside the fit: groups that adapt beside groups by length |
+//! | [`strain`] | the global strain (4.17) of the six bodies, by other definitions and under other supports |
+//! | `words` | the sentences, each made from the numbers beside it |
 //! | [`smoothed`] | the second source: smoothed finite elements on good and bad meshes |
 //!
 //! The thesis's figures that fix the supports are lost, and some of its values contradict each other; its tables are
@@ -19,6 +21,8 @@ mod meshes;
 pub mod motion;
 pub mod release;
 pub mod smoothed;
+pub mod strain;
+mod words;
 
 use serde::Serialize;
 use serde_json::Value;
@@ -31,7 +35,7 @@ use crate::report::thesis::TABLES;
 pub fn known() -> Vec<&'static str> {
     let linear = linear::TABLES.iter().map(|(id, _)| *id);
     let displacement = TABLES.iter().map(|table| table.id);
-    linear.chain(displacement).chain(motion::known()).chain([smoothed::NAME, frontier::NAME]).collect()
+    linear.chain(displacement).chain(motion::known()).chain([strain::NAME, smoothed::NAME, frontier::NAME]).collect()
 }
 
 /// What was reproduced.
@@ -78,6 +82,10 @@ pub fn run(ids: &[String], progress: &Progress) -> Result<Reproduced> {
     let rows = motion::run(&moving, progress)?;
     found.add(&rows, &motion::table(&rows));
     found.plots = motion::plots(&rows);
+    if wanted(strain::NAME) {
+        let rows = strain::run(progress)?;
+        found.add(&rows, &strain::table(&rows));
+    }
     if wanted(smoothed::NAME) {
         let compared = smoothed::run(progress)?;
         let text = smoothed::table(&compared);

@@ -16,8 +16,8 @@ use crate::report::converged::{self, Converged};
 use crate::report::ladder;
 use crate::report::motion::Dynamics;
 use crate::scene::Scene;
+use crate::study::generalisation::Generalisation;
 use crate::study::mesh_quality::MeshQuality;
-use crate::study::near_mechanism::Weakness;
 use crate::study::plan::Sizes;
 use crate::study::{Study, fit};
 
@@ -34,7 +34,7 @@ pub struct Document<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     mesh: Option<&'a MeshQuality>,
     loads: Vec<LoadCase<'a>>,
-    reference: Reference,
+    reference: Reference<'a>,
     calibration: Calibration<'a>,
     #[serde(skip_serializing_if = "Option::is_none")]
     converged: Option<Converged<'a>>,
@@ -49,13 +49,17 @@ pub struct Document<'a> {
 }
 
 #[derive(Debug, Serialize)]
-struct Reference {
+struct Reference<'a> {
     method: &'static str,
     path: &'static str,
     iterations: u64,
+    /// The largest of all load cases.
     compliance: f64,
+    /// The largest of all load cases.
     u_max: f64,
+    /// The largest of all load cases.
     u_norm2: f64,
+    cases: Vec<Answer<'a>>,
     stiffness_frobenius: f64,
     measure: f64,
     backward_error: f64,
@@ -66,6 +70,15 @@ struct Reference {
     #[serde(skip_serializing_if = "Option::is_none")]
     large: Option<Large>,
     seconds: f64,
+}
+
+/// The answer of the continuum to one load case: f.u in J, max |u_i| and sqrt(sum |u_i|^2) over the nodes in m.
+#[derive(Debug, Serialize)]
+struct Answer<'a> {
+    load: &'a str,
+    compliance: f64,
+    u_max: f64,
+    u_norm2: f64,
 }
 
 /// A load case: its force on the free nodes, what the supports take at once, and all they hold, N.
@@ -100,12 +113,12 @@ struct Large {
 #[derive(Debug, Serialize)]
 struct Calibration<'a> {
     objective: &'a str,
-    /// The optimiser, or the formula.
+    /// The optimiser, or the formula; "none" for a stiffness that is known.
     optimiser: &'a str,
     gamma: Option<f64>,
     e_rms: f64,
     e_max: f64,
-    /// What the optimiser made small, percent: e_rms again for the objective displacement; none for a formula.
+    /// What the optimiser made small, percent: e_rms again for the objective displacement; none where nothing is fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     objective_error: Option<f64>,
     /// Frobenius norm of the blocks of K_ref that the reading compares, N/m; only for the objective matrix, of which
@@ -115,8 +128,9 @@ struct Calibration<'a> {
     /// The part of these blocks that no spring answers for, percent; only for the objective matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     outside_pattern: Option<f64>,
+    /// The largest of all load cases.
     global_strain: GlobalStrain,
-    weakness: &'a Weakness,
+    generalisation: &'a Generalisation,
     stop: &'static str,
     groups: Vec<Group<'a>>,
     fitted: Vec<Case<'a>>,
@@ -133,10 +147,17 @@ struct Calibration<'a> {
     ladder: Vec<ladder::Row<'a>>,
 }
 
+/// Of the continuum and of the springs, percent.
 #[derive(Debug, Serialize)]
 struct GlobalStrain {
     reference: f64,
     springs: f64,
+}
+
+impl GlobalStrain {
+    fn of([reference, springs]: [f64; 2]) -> Self {
+        Self { reference, springs }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -156,6 +177,7 @@ struct Case<'a> {
     load: &'a str,
     e_rms: f64,
     e_max: f64,
+    global_strain: GlobalStrain,
 }
 
 #[derive(Debug, Serialize)]
@@ -246,8 +268,15 @@ fn loads(study: &Study) -> Vec<LoadCase<'_>> {
     loads.collect()
 }
 
-fn reference(study: &Study) -> Reference {
-    let case = &study.reference.cases[0];
+fn reference(study: &Study) -> Reference<'_> {
+    let answers = study.loads.iter().zip(&study.reference.cases).map(|(load, case)| Answer {
+        load: &load.name,
+        compliance: case.compliance,
+        u_max: case.u_max,
+        u_norm2: case.u_norm2,
+    });
+    let cases: Vec<Answer> = answers.collect();
+    let largest = |value: fn(&Answer) -> f64| cases.iter().map(value).fold(f64::NEG_INFINITY, f64::max);
     let (path, iterations) = match &study.reference.path {
         Path::Direct { .. } => ("direct", 0),
         Path::Iterative { iterations, .. } => ("iterative", iterations.iter().map(|&count| count as u64).sum()),
@@ -256,9 +285,10 @@ fn reference(study: &Study) -> Reference {
         method: study.body.method.name,
         path,
         iterations,
-        compliance: case.compliance,
-        u_max: case.u_max,
-        u_norm2: case.u_norm2,
+        compliance: largest(|case| case.compliance),
+        u_max: largest(|case| case.u_max),
+        u_norm2: largest(|case| case.u_norm2),
+        cases,
         stiffness_frobenius: study.reference.stiffness_frobenius(),
         measure: study.reference.measure,
         backward_error: study.reference.accuracy.backward_error,
@@ -289,20 +319,24 @@ fn calibration(study: &Study) -> Calibration<'_> {
         determined: found.determined[a],
     });
     let cases = |fit: bool| -> Vec<Case> {
-        let pairs = study.loads.iter().zip(&found.errors).filter(|(case, _)| case.fit == fit);
-        pairs.map(|(case, Errors { e_rms, e_max })| Case { load: &case.name, e_rms: *e_rms, e_max: *e_max }).collect()
+        let chosen = (0..study.loads.len()).filter(|&c| study.loads[c].fit == fit);
+        let case = |c: usize| {
+            let Errors { e_rms, e_max } = found.errors[c];
+            Case { load: &study.loads[c].name, e_rms, e_max, global_strain: GlobalStrain::of(found.global_strain[c]) }
+        };
+        chosen.map(case).collect()
     };
     Calibration {
         objective: &given.objective,
-        optimiser: given.optimiser().or(given.formula.as_deref()).unwrap_or_default(),
+        optimiser: given.source(),
         gamma: best.gamma,
         e_rms: found.fitted.e_rms,
         e_max: found.fitted.e_max,
         objective_error: objective_error(best),
         compared_frobenius: found.matrices.map(|matrices| matrices.compared_frobenius),
         outside_pattern: found.matrices.map(|matrices| matrices.outside_pattern),
-        global_strain: GlobalStrain { reference: found.global_strain[0], springs: found.global_strain[1] },
-        weakness: &found.weakness,
+        global_strain: GlobalStrain::of(found.largest_strain()),
+        generalisation: &study.generalisation,
         stop: best.outcome.stop.name(),
         groups: groups.collect(),
         fitted: cases(true),

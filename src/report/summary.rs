@@ -5,13 +5,17 @@ use std::fmt::Write;
 use crate::calibration::errors::Errors;
 use crate::calibration::objectives::matrix::Reading;
 use crate::memory;
+use crate::readable::{numbered, significant};
 use crate::report::{budget, converged, ladder, motion};
 use crate::study::Study;
-use crate::study::near_mechanism::Weakness;
+use crate::study::generalisation::{Case, Generalisation};
 use crate::study::plan::{Plan, Sizes};
 
 /// Fraction of an upper bound from which a stiffness is at it: the last bits of a fit are rounding.
 const AT_BOUND: f64 = 1.0 - 1e-9;
+
+/// Most characters of the name of a group, with its number; result.json and springs.json have it whole.
+const NAME: usize = 36;
 
 /// A paragraph, line by line.
 type Line<'a> = dyn FnMut(String) + 'a;
@@ -40,13 +44,13 @@ fn head(study: &Study, line: &mut Line) {
         line(quality.summary());
     }
     line(format!(
-        "reference: {}, measure {:.6}, u_max {:.6} m, backward error {:.1e}, condition {:.0e}, {:.3} s",
+        "reference: {}, measure {}, u_max {} m, backward error {:.1e}, condition {:.0e}, {} s",
         study.body.method.name,
-        study.reference.measure,
-        study.reference.cases.iter().fold(0.0, |a: f64, c| a.max(c.u_max)),
+        significant(study.reference.measure, 7),
+        significant(study.reference.cases.iter().fold(0.0, |a: f64, c| a.max(c.u_max)), 7),
         study.reference.accuracy.backward_error,
         study.reference.accuracy.condition,
-        study.reference.seconds
+        significant(study.reference.seconds, 3)
     ));
 }
 
@@ -62,15 +66,18 @@ fn sweep(study: &Study, line: &mut Line) {
         let gamma = row.gamma.map_or("-".to_owned(), |gamma| format!("{gamma}"));
         let work = match row.solved_by == i {
             true => {
-                format!("{:>16} {:>9.3}  {}", row.outcome.counts.refactorisations, row.seconds, row.outcome.stop.name())
+                let seconds = significant(row.seconds, 3);
+                format!("{:>16} {seconds:>9}  {}", row.outcome.counts.refactorisations, row.outcome.stop.name())
             }
             false => {
                 format!("{:>16} {:>9}  same groups as {}", "", "", found.sweep[row.solved_by].gamma.unwrap_or(0.0))
             }
         };
         line(format!(
-            "{gamma:>8} {:>7} {:>10.4} {:>10.4} {work}{mark}",
-            row.groups, row.errors.e_rms, row.errors.e_max
+            "{gamma:>8} {:>7} {:>10} {:>10} {work}{mark}",
+            row.groups,
+            significant(row.errors.e_rms, 5),
+            significant(row.errors.e_max, 5)
         ));
     }
     if !found.ladder.is_empty() {
@@ -78,22 +85,32 @@ fn sweep(study: &Study, line: &mut Line) {
     }
 }
 
+/// Whether the stiffness was searched: it is not where a formula, the scene or a file gives it.
+fn is_fitted(study: &Study) -> bool {
+    study.scene.calibration.optimiser().is_some()
+}
+
 /// The groups that were found.
 fn groups(study: &Study, line: &mut Line) {
     let found = &study.calibration;
-    line(format!("\n{:<24} {:>8} {:>10} {:>14} {:>14}", "group", "springs", "length m", "stiffness", "upper bound"));
+    line(format!("\n{:<NAME$} {:>8} {:>10} {:>14} {:>14}", "group", "springs", "length m", "stiffness", "upper bound"));
     let shown = 32;
-    for (a, group) in found.grouping.groups.iter().enumerate().take(shown) {
-        let (phi, upper) = (&found.phi[a], &found.upper[a]);
+    for (number, group) in found.grouping.groups.iter().enumerate().take(shown) {
+        let (phi, upper) = (&found.phi[number], &found.upper[number]);
         let at = match () {
-            () if !found.determined[a] => "  not determined by the fit: stated",
+            () if !is_fitted(study) => "",
+            () if !found.determined[number] => "  not determined by the fit: stated",
             () if *phi == 0.0 => "  at its lower bound: these springs are not needed",
             () if *phi >= AT_BOUND * upper => "  at its upper bound",
             () => "",
         };
         line(format!(
-            "{:<24} {:>8} {:>10.4} {:>14.6e} {:>14.6e}{at}",
-            group.name, group.springs, group.length, phi, upper
+            "{:<NAME$} {:>8} {:>10} {:>14} {:>14}{at}",
+            numbered(number, &group.name, NAME),
+            group.springs,
+            significant(group.length, 4),
+            significant(*phi, 7),
+            significant(*upper, 7)
         ));
     }
     if found.grouping.groups.len() > shown {
@@ -106,8 +123,13 @@ fn errors(study: &Study, line: &mut Line) {
     let found = &study.calibration;
     line(String::new());
     for (case, Errors { e_rms, e_max }) in study.loads.iter().zip(&found.errors) {
-        let role = if case.fit { "fitted" } else { "held out" };
-        line(format!("{role} {}: e_rms {e_rms:.4} %, e_max {e_max:.4} %", case.name));
+        let role = match is_fitted(study) {
+            true if case.fit => "fitted",
+            true => "held out",
+            false => "not fitted",
+        };
+        let [e_rms, e_max] = [e_rms, e_max].map(|error| significant(*error, 5));
+        line(format!("{role} {}: e_rms {e_rms} %, e_max {e_max} %", case.name));
     }
     if let Some(words) = objective(study) {
         line(words);
@@ -118,13 +140,26 @@ fn errors(study: &Study, line: &mut Line) {
             sure.backward_error, sure.condition, sure.forward_error
         ));
     }
-    if let Weakness::Found(weakest) = &found.weakness {
-        let ratio = weakest.compliance_ratio;
-        line(format!(
-            "under the smooth load that the network resists least: {ratio:.2} times the work of the continuum"
-        ));
+    other_loads(study, line);
+    let [continuum, springs] = found.largest_strain().map(|strain| significant(strain, 4));
+    line(format!("global strain: continuum {continuum} %, springs {springs} %"));
+}
+
+/// What the network does under loads that are not in the scene.
+fn other_loads(study: &Study, line: &mut Line) {
+    let Generalisation::Measured(measured) = &study.generalisation else { return };
+    let (soft, stiff) = (&measured.softest, &measured.stiffest);
+    let [too_stiff, too_soft] = [stiff, soft].map(|end| significant(end.compliance_ratio, 3));
+    line(format!(
+        "smooth loads of degree 2: {too_stiff} (too stiff) to {too_soft} (too soft) times the work of the continuum; stiffest: {}; \
+         softest: {}",
+        stiff.load, soft.load
+    ));
+    if !measured.held_out.is_empty() {
+        let of = |case: &Case| format!("{} {}", case.load, significant(case.e_rms, 3));
+        let cases: Vec<String> = measured.held_out.iter().map(of).collect();
+        line(format!("generated held-out loads, e_rms %: {}", cases.join(", ")));
     }
-    line(format!("global strain: continuum {:.3} %, springs {:.3} %", found.global_strain[0], found.global_strain[1]));
 }
 
 /// What the scene asked for beside the calibration.
@@ -152,29 +187,34 @@ fn work(study: &Study, line: &mut Line) {
     let memory =
         memory::peak_bytes().map_or(String::new(), |bytes| format!(", peak memory {:.0} MB", bytes as f64 / 1e6));
     line(format!(
-        "{total:.3} s, {} refactorisations, {} solves, {} iterations{memory}",
-        counts.refactorisations, counts.solves, counts.cg_iterations
+        "{} s, {} refactorisations, {} solves, {} iterations{memory}",
+        significant(total, 3),
+        counts.refactorisations,
+        counts.solves,
+        counts.cg_iterations
     ));
 }
 
 /// The error that was made small, where it is not that of the displacements.
 fn objective(study: &Study) -> Option<String> {
     let found = &study.calibration;
-    let error = found.sweep[found.best].outcome.error;
+    let error = significant(found.sweep[found.best].outcome.error, 5);
     match study.scene.calibration.objective.as_str() {
         "matrix" => {
             let compared = match study.scene.calibration.matrix.clone().unwrap_or_default().reading {
                 Reading::Full => "stiffness matrices",
                 Reading::OffDiagonal => "stiffness matrices between different nodes",
             };
+            let [outside, norm] =
+                found.matrices.map_or([0.0; 2], |matrices| [matrices.outside_pattern, matrices.compared_frobenius]);
             Some(format!(
-                "{compared}: {error:.4} % apart where there are springs; {:.4} % of the continuum's is elsewhere (of a Frobenius norm \
-                 of {:.4e} N/m)",
-                found.matrices.map_or(0.0, |matrices| matrices.outside_pattern),
-                found.matrices.map_or(0.0, |matrices| matrices.compared_frobenius)
+                "{compared}: {error} % apart where there are springs; {} % of the continuum's is elsewhere (of a Frobenius norm of \
+                 {} N/m)",
+                significant(outside, 5),
+                significant(norm, 5)
             ))
         }
-        "acceleration" => Some(format!("accelerations: {error:.4} % apart")),
+        "acceleration" => Some(format!("accelerations: {error} % apart")),
         _ => None,
     }
 }
@@ -196,7 +236,8 @@ pub fn check(plan: &Plan) -> String {
     }
     let [reference, springs] = plan.factor_entries;
     let _ = writeln!(text, "  factor entries: reference {reference}, springs {springs}");
-    let _ = writeln!(text, "  memory about {:.1} MB, time about {:.2} s", plan.memory_bytes as f64 / 1e6, plan.seconds);
+    let [memory, seconds] = [plan.memory_bytes as f64 / 1e6, plan.seconds].map(|estimate| significant(estimate, 3));
+    let _ = writeln!(text, "  memory about {memory} MB, time about {seconds} s");
     text
 }
 

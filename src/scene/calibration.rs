@@ -5,6 +5,7 @@
 //! [`Settings`].
 
 use std::fmt;
+use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
@@ -17,6 +18,7 @@ use crate::calibration::sweep;
 use crate::error::{Error, Result};
 
 use super::choices::names;
+use super::known::Known;
 use super::states::{Acceleration, MatrixDistance};
 
 /// `[calibration]`: objective, optimiser, sweep and seed.
@@ -27,7 +29,7 @@ pub struct Calibration {
     #[schemars(extend("enum" = names("calibration.objective")))]
     pub objective: String,
     /// How it is made small (`springfit list optimisers`); default: gauss_newton for displacement, least_squares for the
-    /// linear objectives acceleration and matrix, none for a formula.
+    /// linear objectives acceleration and matrix, none for formula and known.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("enum" = names("calibration.optimiser")))]
     pub optimiser: Option<String>,
@@ -35,6 +37,14 @@ pub struct Calibration {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("enum" = names("calibration.formula")))]
     pub formula: Option<String>,
+    /// The stiffness of every group, 0 or more, for the objective known: one number for all, numbers in the order of the groups, or
+    /// a table by their names. In the unit of the profile, N/m where it is constant; of one cell where cells are counted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<Known>,
+    /// The springs.json of a network, for the objective known: which springs there are, and the stiffness of each; a relative
+    /// path starts at the folder of the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub springs: Option<PathBuf>,
     /// Spread of the lengths in a group, above 0 and below 1: one number, or { start, step } for a sweep downwards.
     pub gamma: Gamma,
     /// Seed of every random number; the same seed gives the same result.
@@ -47,6 +57,11 @@ pub struct Calibration {
     /// cost as much as an error of so much. Default: 1 for the grouping "each", else 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub regularisation: Option<f64>,
+    /// Whether the network is tried under loads that are not in the scene, which no fit sees: where it is too soft and too stiff, and
+    /// errors under generated loads where no load has fit = false. Default: where that is cheap (springs and continuum
+    /// are factored, at most 20000 free degrees of freedom).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub generalisation: Option<bool>,
     /// The objective matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub matrix: Option<MatrixDistance>,
@@ -65,10 +80,13 @@ impl Default for Calibration {
             objective: "displacement".into(),
             optimiser: None,
             formula: None,
+            stiffness: None,
+            springs: None,
             gamma: Gamma::Sweep(GammaSweep::default()),
             seed: 1,
             starts: None,
             regularisation: None,
+            generalisation: None,
             matrix: None,
             acceleration: None,
             annealing: Annealing::default(),
@@ -82,6 +100,11 @@ impl Calibration {
     pub fn optimiser(&self) -> Option<&str> {
         let usual = || objectives::find(&self.objective).and_then(|goal| goal.optimiser);
         self.optimiser.as_deref().or_else(usual)
+    }
+
+    /// Where the stiffness comes from: the optimiser or the formula, "none" where it is known.
+    pub fn source(&self) -> &str {
+        self.optimiser().or(self.formula.as_deref()).unwrap_or("none")
     }
 }
 

@@ -39,6 +39,7 @@ pub fn check(scene: &Scene) -> Result<Vec<String>> {
     springs::check(&scene.springs)?;
     springs::check_adaptive(scene)?;
     calibration::check(&scene.calibration)?;
+    calibration::check_groups_of_known(scene)?;
     check_solver(&scene.solver)?;
     limits::check(&scene.limits)?;
     budget::check(scene)?;

@@ -102,7 +102,7 @@ fn key_of(error: &Error, text: &str, document: &Document<&str>) -> Option<String
     match error {
         Error::Input { key, .. } => Some(key.clone()),
         Error::File { path, .. } => {
-            let files = ["geometry.file", "springs.edge_file"].into_iter().filter_map(given);
+            let files = ["geometry.file", "springs.edge_file", "calibration.springs"].into_iter().filter_map(given);
             let name = |value: std::ops::Range<usize>| text[value].trim_matches(['"', '\'']);
             files.into_iter().find(|entry| path.ends_with(name(entry.value.clone()))).map(|entry| entry.key)
         }

@@ -22,6 +22,7 @@ mod choices;
 mod converged;
 mod dynamics;
 mod entries;
+mod known;
 mod limits;
 mod load;
 mod located;
@@ -47,6 +48,7 @@ pub use check::{check, check_body, check_method};
 pub use choices::{Choice, KINDS, Kind};
 pub use converged::Converged;
 pub use dynamics::{Dynamics, Initial, Linear, Masses, Model, Step};
+pub use known::Known;
 pub use limits::{Limits, Memory};
 pub use load::{Bending, Load, PatchForce, Place, PointForce, RandomSmooth, Torsion, Traction};
 pub use located::{Located, Source};
@@ -114,7 +116,8 @@ impl Scene {
     /// The files that it names: body, loads, springs.
     pub fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
         let loads = self.load.iter_mut().filter_map(|load| load.file.as_mut());
-        self.geometry.file.iter_mut().chain(loads).chain(&mut self.springs.edge_file)
+        let springs = self.springs.edge_file.iter_mut().chain(&mut self.calibration.springs);
+        self.geometry.file.iter_mut().chain(loads).chain(springs)
     }
 
     /// Whether the fit has room for a prior that draws groups together.

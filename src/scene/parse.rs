@@ -26,7 +26,7 @@ pub const LARGEST_FILE: u64 = 128 << 10;
 
 /// Reads a scene file, applies `--set KEY=VALUE`, parses and checks it.
 ///
-/// A relative `geometry.file`, `load.file` or `springs.edge_file` is taken from the folder of the scene.
+/// A relative `geometry.file`, `load.file`, `springs.edge_file` or `calibration.springs` is taken from the folder of the scene.
 ///
 /// # Errors
 /// Whatever is wrong with the file or in it, with its line; exit status 2.

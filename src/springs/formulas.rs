@@ -14,16 +14,25 @@
 //! The square compares blocks between different nodes, the tetrahedron all blocks; the other reading of either would
 //! give 17/56 and 23/56, or sqrt(2)/12 (see `calibration::objectives::matrix`). There is none for hexahedra.
 //!
-//! *Van Gelder* (3.14; A. Van Gelder, J. Graph. Tools 3, 1998), for triangles and tetrahedra of any form and any nu, around an edge of
-//! length l:
+//! *Van Gelder* (A. Van Gelder, J. Graph. Tools 3(2), 1998) for triangles of any form: around an edge of length c, in triangles whose other
+//! two edges have the lengths a and b,
 //!
 //! ```text
-//! k = E t sum_e area_e / l^2   in the plane,       k = E sum_e volume_e / l^2   in space
+//! van_gelder            k = E t sum_e A_e / c^2                                                            (3.14)
+//! van_gelder_poisson    k = E t / (1 + nu) sum_e A_e / c^2 + E t nu / (1 - nu^2) sum_e (a^2 + b^2 - c^2) / (8 A_e)
 //! ```
 //!
-//! It asks only that the springs be as stiff as the body in size; it knows neither nu nor directions. Quadrilaterals and
-//! hexahedra overlap with their diagonals, so that their areas would count more than once: they are refused.
-//! E in Pa, t and l in m, k in N/m.
+//! The first is the second at nu = 0, and asks only that the springs be as stiff as the body in size: it knows neither nu nor
+//! directions. The second needs plane stress (in plane strain E and nu become E / (1 - nu^2) and nu / (1 - nu)), is exact like Lloyd's
+//! for equilateral triangles at nu = 1/3, and is negative at an edge that looks at obtuse angles where nu is large: such a
+//! network is refused.
+//!
+//! *The same in space* has its own name, for (3.14) and the paper derive membranes only (the paper touches three dimensions in its
+//! outlook): `van_gelder_volume` puts volumes in the place of areas, k = E sum_e V_e / c^2 around an edge of tetrahedra. A regular
+//! tetrahedron gets sqrt(2)/12 E l, 4 % more than by Lloyd.
+//!
+//! Quadrilaterals and hexahedra overlap with their diagonals, so that their areas would count more than once: they are refused.
+//! E in Pa, t and lengths in m, A in m^2, V in m^3, k in N/m.
 
 use std::collections::HashMap;
 
@@ -31,7 +40,6 @@ use crate::error::{Error, Result};
 use crate::geometry::dofs::DofMap;
 use crate::geometry::mesh::{CellKind, Mesh};
 
-use super::grouping::{Group, Grouping};
 use super::network::Network;
 
 /// A nu this near to the one a formula was derived for will do.
@@ -39,9 +47,6 @@ const POISSON: f64 = 1e-3;
 
 /// Sides this near to each other, relative, are equal.
 const SIDES: f64 = 1e-6;
-
-/// Numbers this near to each other, relative, are one group.
-const SAME: f64 = 1e-9;
 
 /// What a formula reads.
 #[derive(Clone, Copy)]
@@ -82,7 +87,21 @@ pub const FORMULAS: &[Formula] = &[
         doc: "(3.13), for squares and equilateral triangles at nu = 1/3, regular tetrahedra at 1/4",
         share: lloyd,
     },
-    Formula { name: "van_gelder", doc: "(3.14), for any triangles and tetrahedra", share: van_gelder },
+    Formula {
+        name: "van_gelder",
+        doc: "(3.14), for any triangles: E t area / length^2, whatever nu",
+        share: van_gelder,
+    },
+    Formula {
+        name: "van_gelder_poisson",
+        doc: "Van Gelder's formula before nu = 0 makes it (3.14), for any triangles without stiffness below 0",
+        share: van_gelder_poisson,
+    },
+    Formula {
+        name: "van_gelder_volume",
+        doc: "(3.14) with volumes in the place of areas, for any tetrahedra: E volume / length^2, whatever nu",
+        share: van_gelder_volume,
+    },
 ];
 
 /// The formula of this name.
@@ -114,38 +133,11 @@ impl Formula {
                 stiffness[s] += share;
             }
         }
-        match stiffness.iter().position(|&k| k == 0.0) {
-            Some(s) => {
-                let message = format!("spring {s} joins nodes {:?} that no cell has", given.network.springs[s].nodes);
-                Err(Error::input("calibration.formula", message, "use a topology along edges and diagonals of cells"))
-            }
+        match stiffness.iter().position(|&k| k <= 0.0) {
+            Some(s) => Err(no_spring(s, given.network.springs[s].nodes, stiffness[s])),
             None => Ok(stiffness),
         }
     }
-}
-
-/// Groups springs by the number phi = k / w that each needs, from the smallest, and phi of each group.
-///
-/// `stiffness` is k of every spring, `coefficients` its w; phi in N/m (or N).
-pub fn grouping(network: &Network, stiffness: &[f64], coefficients: &[f64]) -> (Grouping, Vec<f64>) {
-    let number = |s: usize| stiffness[s] / coefficients[s];
-    let mut order: Vec<usize> = (0..stiffness.len()).collect();
-    order.sort_by(|&r, &s| number(r).total_cmp(&number(s)).then(r.cmp(&s)));
-    let mut phi: Vec<f64> = Vec::new();
-    let mut groups: Vec<Group> = Vec::new();
-    let mut group_of = vec![0; order.len()];
-    for s in order {
-        if phi.last().is_none_or(|last| number(s) > last * (1.0 + SAME)) {
-            phi.push(number(s));
-            groups.push(Group { name: format!("formula_{}", phi.len()), springs: 0, length: 0.0 });
-        }
-        group_of[s] = groups.len() as u32 - 1;
-        if let Some(group) = groups.last_mut() {
-            group.springs += 1;
-            group.length += (network.springs[s].length - group.length) / group.springs as f64;
-        }
-    }
-    (Grouping { group_of, groups }, phi)
 }
 
 /// All pairs of corners: 01, 02, ..., 12, ...
@@ -178,6 +170,21 @@ fn measure(mesh: &Mesh, cell: usize) -> f64 {
         CellKind::Tetrahedron => normal().iter().zip(from_first(3)).map(|(n, x)| n * x).sum::<f64>().abs() / 6.0,
         CellKind::Quadrilateral | CellKind::Hexahedron => 0.0,
     }
+}
+
+/// The error of a spring without a positive stiffness `k`, N/m.
+fn no_spring(s: usize, nodes: [u32; 2], k: f64) -> Error {
+    let (message, help) = match k == 0.0 {
+        true => (
+            format!("spring {s} joins nodes {nodes:?} that no cell has"),
+            "use a topology along edges and diagonals of cells",
+        ),
+        false => (
+            format!("spring {s} between nodes {nodes:?} would have {k:.3e} N/m: it looks at obtuse angles"),
+            "\"van_gelder\" is positive on every mesh; calibration.objective = \"matrix\" fits any body in one step",
+        ),
+    };
+    Error::input("calibration.formula", message, help)
 }
 
 /// The error of one cell with its number.
@@ -230,20 +237,47 @@ fn square(lengths: &[f64], is: &dyn Fn(f64, f64) -> bool) -> bool {
     sides == 4 && diagonals == 2
 }
 
-fn van_gelder(given: &Given, kind: CellKind, lengths: &[f64], measure: f64) -> Result<Vec<f64>> {
+fn van_gelder(given: &Given, kind: CellKind, lengths: &[f64], area: f64) -> Result<Vec<f64>> {
+    only_triangles("van_gelder", kind)?;
+    Ok(lengths.iter().map(|length| given.young * given.thickness * area / (length * length)).collect())
+}
+
+fn van_gelder_poisson(given: &Given, kind: CellKind, lengths: &[f64], area: f64) -> Result<Vec<f64>> {
+    only_triangles("van_gelder_poisson", kind)?;
+    let nu = given.poisson;
+    let (young, nu) =
+        if given.plane_strain { (given.young / (1.0 - nu * nu), nu / (1.0 - nu)) } else { (given.young, nu) };
+    let plate = young * given.thickness;
+    let all: f64 = lengths.iter().map(|length| length * length).sum();
+    let share = |length: &f64| {
+        let c = length * length;
+        plate / (1.0 + nu) * area / c + plate * nu / (1.0 - nu * nu) * (all - 2.0 * c) / (8.0 * area)
+    };
+    Ok(lengths.iter().map(share).collect())
+}
+
+fn van_gelder_volume(given: &Given, kind: CellKind, lengths: &[f64], volume: f64) -> Result<Vec<f64>> {
     match kind {
-        CellKind::Triangle | CellKind::Tetrahedron => {
-            let whole = given.young * given.thickness * measure;
-            Ok(lengths.iter().map(|length| whole / (length * length)).collect())
-        }
-        CellKind::Quadrilateral => Err(not_for(
-            "van_gelder is for triangles, and this is a quadrilateral",
-            "squares at nu = 1/3 have \"lloyd\"",
-        )),
+        CellKind::Tetrahedron => Ok(lengths.iter().map(|length| given.young * volume / (length * length)).collect()),
         CellKind::Hexahedron => {
-            Err(not_for("van_gelder is for tetrahedra, and this is a hexahedron", "hexahedra have no formula"))
+            Err(not_for("van_gelder_volume is for tetrahedra, and this is a hexahedron", "hexahedra have no formula"))
         }
+        CellKind::Triangle | CellKind::Quadrilateral => Err(not_for(
+            "van_gelder_volume is for tetrahedra, and this cell is flat",
+            "triangles have \"van_gelder\" and \"van_gelder_poisson\"",
+        )),
     }
+}
+
+/// An error for every other cell, with the formula that it has.
+fn only_triangles(name: &str, kind: CellKind) -> Result<()> {
+    let (other, applies) = match kind {
+        CellKind::Triangle => return Ok(()),
+        CellKind::Quadrilateral => ("quadrilateral", "squares at nu = 1/3 have \"lloyd\""),
+        CellKind::Tetrahedron => ("tetrahedron", "tetrahedra have \"van_gelder_volume\""),
+        CellKind::Hexahedron => ("hexahedron", "hexahedra have no formula"),
+    };
+    Err(not_for(&format!("{name} is for triangles, and this is a {other}"), applies))
 }
 
 fn not_for(message: &str, applies: &str) -> Error {

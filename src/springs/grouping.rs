@@ -6,11 +6,13 @@
 //! | `place` | springs that lie alike in the grid: kind, direction, direction and multiplicity, each by itself |
 //! | `k_means` | clusters of springs that are near in direction, length and position |
 //! | `sets` | parts of the body that the scene names |
+//! | [`numbers`] | springs that need the same number, where that is known |
 //!
 //! Every spring is in exactly one group, and no group is empty.
 
 mod k_means;
 mod length;
+pub mod numbers;
 mod place;
 mod sets;
 

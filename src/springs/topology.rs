@@ -152,6 +152,10 @@ pub(super) fn collect(
     let (mut springs, mut zero_length) = (Vec::new(), 0);
     for Link { nodes, kind, offset, cells } in links {
         let [a, b] = nodes.map(|node| dofs.master(node));
+        if a == b {
+            // tied nodes are one: nothing is missing between them
+            continue;
+        }
         if let Some((length, direction)) = rest(positions[a], positions[b], tolerance) {
             springs.push(Spring { nodes: [a as u32, b as u32], length, direction, kind, offset, cells });
         } else {
@@ -203,7 +207,7 @@ fn cells_around(grid: &Grid, index: [usize; 3], offset: [i8; 3]) -> u32 {
 }
 
 /// Length of the diagonal of the box around the points, m.
-pub(super) fn diagonal(positions: &[[f64; 3]]) -> f64 {
+pub fn diagonal(positions: &[[f64; 3]]) -> f64 {
     let extent = |a: usize| {
         let (low, high) =
             positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x[a]), high.max(x[a])));

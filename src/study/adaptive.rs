@@ -6,7 +6,7 @@ use crate::calibration::adaptive::features::{self, Site};
 use crate::calibration::adaptive::part::Part;
 use crate::calibration::adaptive::state::Cases;
 use crate::calibration::adaptive::worker::Ground;
-use crate::calibration::adaptive::{Ladder, Limits, Standing, climb};
+use crate::calibration::adaptive::{Ladder, Limits, Standing, climb, places};
 use crate::calibration::errors;
 use crate::calibration::optimiser::{Outcome, TracePoint};
 use crate::calibration::sweep::Search;
@@ -95,7 +95,10 @@ pub fn climb_scene(
     let (goal, single) = (linear_fit::goal(given)?, (rule.group)(network, &Request::default())?);
     let each = given.problem(&goal, &single, 0)?;
     let (_, start) = fit::group(given.scene, given.body, given.lattice)?;
-    let features = features(given)?;
+    let [boundary, held] = [boundary(given.body)?, held(given.body)];
+    let site = site(given, &boundary, &held);
+    let (features, resolutions) = (features::table(&site), features::resolutions(&site));
+    let places = places::places(given.body.positions(), &given.body.dofs);
     let (fitted, held_out) = (given.cases(true), given.cases(false));
     let ground = Ground {
         operator: &each.operator,
@@ -103,13 +106,15 @@ pub fn climb_scene(
         held_out: Cases { forces: &held_out.forces, reference: &held_out.reference, weights: &held_out.weights },
         bounds: &each.upper,
         features: &features,
+        resolutions: &resolutions,
+        places: &places,
     };
     let limits = Limits {
         groups: springs.groups,
         max_error: springs.max_error,
         patience: springs.patience,
         starts: given.scene.calibration.starts.unwrap_or(STARTS),
-        seed: given.scene.calibration.seed,
+        regularisation: given.scene.calibration.regularisation,
     };
     let start = parts_of(&start[0], &each.upper);
     climb(ground, &network::settings(given.scene), start, kept, &limits, progress, hear)
@@ -120,9 +125,11 @@ pub fn climb_scene(
 /// # Errors
 /// For a mesh whose boundary cannot be told.
 pub fn features(given: &Given) -> Result<Vec<Vec<f64>>> {
-    let (boundary, held) = (boundary(given.body)?, held(given.body));
-    let (network, grid) = (&given.lattice.network, given.body.grid());
-    Ok(features::table(&Site { network, grid, boundary: &boundary, held: &held }))
+    Ok(features::table(&site(given, &boundary(given.body)?, &held(given.body))))
+}
+
+fn site<'a>(given: &Given<'a>, boundary: &'a [u32], held: &'a [u32]) -> Site<'a> {
+    Site { network: &given.lattice.network, grid: given.body.grid(), boundary, held }
 }
 
 /// A grouping as parts that have not been split.

@@ -4,12 +4,13 @@
 use crate::error::{Error, Result};
 use crate::geometry::dofs::{DofMap, tie_coincident};
 use crate::geometry::grid::Grid;
+use crate::geometry::mesh::Mesh;
 use crate::geometry::patch::Patch;
 use crate::geometry::{refine, selection};
 use crate::reference::material::{Lame, Material, Plane};
 use crate::reference::methods::{Method, PatchPoints};
 use crate::reference::points::IntegrationPoints;
-use crate::reference::{stiffness, supports};
+use crate::reference::{locking, stiffness, supports};
 use crate::scene::{self, Scene};
 use crate::sparse::ordering::{minimum_degree, nested_dissection};
 use crate::sparse::pattern::Pattern;
@@ -62,10 +63,15 @@ pub fn build(scene: &Scene) -> Result<Body> {
     let lame = material.lame(dimension, plane)?;
     let (dofs, chosen) = dofs(&resolved, &continuum)?;
     warnings.extend(held_by_us(&chosen));
+    if scene.geometry.file.is_some() {
+        warnings.extend(continuum.mesh().and_then(|mesh| cut(mesh, &dofs)));
+    }
     supports::check(continuum.positions(), continuum.mesh(), &dofs)?;
     let thickness = resolved.reference.thickness.unwrap_or(1.0);
     let extra_points = resolved.reference.extra_gauss_points;
-    warnings.extend(material.locking_warning(dimension, plane));
+    if dimension == 3 || plane == Plane::Strain {
+        warnings.extend(locking::warning(method, continuum.spans(), material.poisson));
+    }
     let mut body = Body { resolved, continuum, method, dofs, lame, thickness, extra_points, warnings };
     if scene.converged.is_some() {
         // asked now, for it is needed at the end only
@@ -93,6 +99,19 @@ fn held_by_us(chosen: &[(usize, usize)]) -> Option<String> {
             names.join(", ")
         )
     })
+}
+
+/// A word about nodes of a mesh that lie on others and are not tied to them.
+fn cut(mesh: &Mesh, dofs: &DofMap) -> Option<String> {
+    let mut loose = mesh.coincident_nodes();
+    loose.retain(|&(a, b)| dofs.master(a as usize) != dofs.master(b as usize));
+    let &(a, b) = loose.first()?;
+    let at = mesh.positions()[a as usize];
+    Some(format!(
+        "{} nodes lie on another one, so the body is cut there: first nodes {a} and {b} (from 0) at {at:?}; \
+         geometry.merge_seam = true ties them",
+        loose.len()
+    ))
 }
 
 /// Ties and supports of the nodes, and the components that `support.fix_rigid` adds to them.

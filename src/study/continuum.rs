@@ -16,6 +16,7 @@ use crate::geometry::meshes::MeshShape;
 use crate::geometry::patch::Patch;
 use crate::geometry::shapes::{self, Shape, ShapeRequest};
 use crate::geometry::{file, selection};
+use crate::reference::locking::Spans;
 use crate::reference::methods::{self, MeshPoints, Method, MethodBody, PatchPoints};
 use crate::scene::{self, Scene};
 
@@ -66,6 +67,14 @@ impl Continuum {
         match self {
             Self::Splines { .. } => None,
             Self::Elements { mesh, .. } => Some(mesh),
+        }
+    }
+
+    /// What its method works on.
+    pub fn spans(&self) -> Spans<'_> {
+        match self {
+            Self::Splines { patch, .. } => Spans::Patch(patch),
+            Self::Elements { mesh, .. } => Spans::Cells(mesh),
         }
     }
 

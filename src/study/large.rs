@@ -14,6 +14,7 @@ use nalgebra_sparse::na::Vector3;
 
 use crate::clock::{Interrupt, Progress};
 use crate::error::{Error, Result};
+use crate::readable::significant;
 use crate::reference::Reference;
 use crate::reference::corotational::body::Corotational;
 use crate::reference::corotational::held::Held;
@@ -196,11 +197,11 @@ pub fn warnings(loads: &[LoadCase], reference: &Reference) -> Vec<String> {
 pub fn describe(inversion: &Inversion) -> Option<String> {
     (!inversion.is_sound()).then(|| {
         format!(
-            "{} cells and {} smoothing domains of the continuum are turned inside out (smallest det F {:.3} and {:.3})",
+            "{} cells and {} smoothing domains of the continuum are turned inside out (smallest det F {} and {})",
             inversion.cells.len(),
             inversion.domains.len(),
-            inversion.least_cell,
-            inversion.least_domain
+            significant(inversion.least_cell, 3),
+            significant(inversion.least_domain, 3)
         )
     })
 }

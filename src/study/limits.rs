@@ -13,6 +13,7 @@
 
 use crate::error::{Error, Result};
 use crate::memory;
+use crate::readable::significant;
 use crate::scene::Scene;
 
 /// Bytes of a node of the network, its springs, their solver and the reference on the path that takes least: measured as
@@ -98,7 +99,7 @@ pub fn before_the_body(scene: &Scene) -> Result<()> {
 pub fn time(scene: &Scene, seconds: f64) -> Result<()> {
     match scene.limits.seconds {
         Some(limit) if seconds > limit => Err(Error::OverLimit {
-            estimate: format!("{seconds:.1} s"),
+            estimate: format!("{} s", significant(seconds, 3)),
             limit: format!("limits.seconds allows {limit} s"),
             help: "use fewer control points, groups or evaluations, or raise limits.seconds".into(),
         }),

@@ -4,26 +4,21 @@
 //! |---|---|---|
 //! | matrix (3.17) | K_ref | the least-squares problem of its groups |
 //! | acceleration (4.5) | states, K_ref u in each, masses | the same |
-//! | formula (3.13, 3.14) | stiffness of every spring | nothing: equal springs are its groups |
-
-use std::borrow::Cow;
+//! | formula, known | the groups and their stiffness ([`super::given_stiffness`]) | nothing |
 
 use nalgebra_sparse::CsrMatrix;
 
 use crate::calibration::objectives::{self, acceleration, matrix};
 use crate::calibration::sweep::Search;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geometry::dofs::FIXED;
-use crate::geometry::grid_mesh::mesh_of_grid;
-use crate::geometry::mesh::{CellKind, Mesh};
 use crate::reference::{Case, mass, stiffness};
-use crate::scene::{Masses, Plane, Scene, Snapshot};
-use crate::springs::formulas;
+use crate::scene::{Masses, Scene, Snapshot};
 use crate::springs::grouping::Grouping;
 
 use super::body::Body;
-use super::continuum::Continuum;
 use super::fit::{Given, Matrices, check_determined};
+use super::given_stiffness;
 use super::large;
 use super::loads::LoadCase;
 use super::network::Lattice;
@@ -41,21 +36,24 @@ pub enum Goal {
     Matrix(Option<CsrMatrix<f64>>),
     /// Its forces in given states, and the mass of every node.
     Acceleration(Vec<acceleration::State>, Vec<f64>),
-    /// Nothing: the stiffness of every spring is known, N/m.
-    Formula(Vec<f64>),
+    /// Nothing: phi of every group is given.
+    Given(Vec<f64>),
 }
 
 /// The goal of a scene.
 ///
 /// # Errors
-/// [`Error::Input`] where the formula does not apply; what the integration of the reference can fail with.
+/// [`crate::error::Error::Input`] where a formula does not apply, or given numbers are not those of the groups; what the
+/// integration of the reference can fail with.
 pub fn goal(given: &Given) -> Result<Goal> {
     match given.scene.calibration.objective.as_str() {
         "matrix" => stored_or_assembled(given).map(Goal::Matrix),
         "acceleration" => Ok(Goal::Acceleration(states(given)?, node_masses(given.scene, given.body)?)),
-        "formula" => formula_stiffness(given.scene, given.body, given.lattice).map(Goal::Formula),
-        _ if large::is_asked(given.scene) => large::goal(given).map(Goal::Large),
-        _ => Ok(Goal::Displacement),
+        _ => match given_stiffness::given(given.scene, given.body, given.lattice)? {
+            Some((_, phi)) => Ok(Goal::Given(phi)),
+            None if large::is_asked(given.scene) => large::goal(given).map(Goal::Large),
+            None => Ok(Goal::Displacement),
+        },
     }
 }
 
@@ -88,7 +86,7 @@ impl Goal {
                 check_determined("acceleration", &reduced, grouping)?;
                 Ok(Search::Linear(reduced))
             }
-            Self::Formula(stiffness) => Ok(Search::Known(formulas::grouping(network, stiffness, coefficients).1)),
+            Self::Given(phi) => Ok(Search::Known(phi.clone())),
         }
     }
 
@@ -207,51 +205,4 @@ fn state(given: &Given, name: String, displacement: Vec<[f64; 3]>) -> Result<acc
         resistance.fill(0.0);
     }
     Ok(acceleration::State { name, displacement, resistance })
-}
-
-/// Stiffness of every spring by the formula of the scene, N/m.
-fn formula_stiffness(scene: &Scene, body: &Body, lattice: &Lattice) -> Result<Vec<f64>> {
-    let name = scene.calibration.formula.as_deref().unwrap_or_default();
-    let formula = formulas::find(name).ok_or_else(|| {
-        Error::input("calibration.formula", format!("there is no formula {name:?}"), "see `springfit list formulas`")
-    })?;
-    formula.stiffness(&formulas::Given {
-        mesh: &cells(body),
-        network: &lattice.network,
-        dofs: &body.dofs,
-        young: scene.material.young,
-        poisson: scene.material.poisson,
-        thickness: body.thickness,
-        plane_strain: scene.reference.plane == Some(Plane::Strain),
-    })
-}
-
-/// The groups of a scene with a formula: springs that need the same number.
-///
-/// # Errors
-/// [`Error::Input`] where the formula does not apply.
-pub fn formula_grouping(scene: &Scene, body: &Body, lattice: &Lattice) -> Result<Grouping> {
-    let stiffness = formula_stiffness(scene, body, lattice)?;
-    Ok(formulas::grouping(&lattice.network, &stiffness, &lattice.coefficients).0)
-}
-
-/// The cells between the nodes: those of the elements, or of the control grid.
-fn cells(body: &Body) -> Cow<'_, Mesh> {
-    match &body.continuum {
-        Continuum::Elements { mesh, .. } => Cow::Borrowed(mesh),
-        Continuum::Splines { patch, .. } => {
-            let kind = if patch.dimension() == 2 { CellKind::Quadrilateral } else { CellKind::Hexahedron };
-            Cow::Owned(mesh_of_grid(&patch.grid(), patch.points().to_vec(), kind))
-        }
-    }
-}
-
-/// Word where a reference is smoother than the cells that formulas are made for.
-pub fn warning(scene: &Scene, body: &Body) -> Option<String> {
-    let degree = body.continuum.reach();
-    (scene.calibration.objective == "formula" && degree > 1).then(|| {
-        format!(
-            "the formula is made for linear elements; the reference has degree {degree}, its nodes are control points"
-        )
-    })
 }

@@ -42,9 +42,9 @@ pub fn warnings(scene: &Scene, loads: &[LoadCase]) -> Vec<String> {
         let more = case.load.held_nodes.len() - 1;
         let others = if more > 0 { format!(" and {more} more") } else { String::new() };
         Some(format!(
-            "load[{i}] acts on held components of node {first}{others}: {:?} N go straight into the support and are part \
-             of its reaction",
-            case.load.held
+            "load[{i}] acts on held components of node {first}{others}: up to {:?} N at a node, {:?} N together, go straight \
+             into the support and are part of its reaction",
+            case.load.held_most, case.load.held
         ))
     };
     loads.iter().enumerate().filter_map(of).collect()

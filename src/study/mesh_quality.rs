@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::error::Result;
 use crate::geometry::mesh::quality::quality;
+use crate::readable::significant;
 use crate::reference::points::ElementPoints;
 
 use super::body::Body;
@@ -62,16 +63,18 @@ impl MeshQuality {
     /// A line for a person.
     pub fn summary(&self) -> String {
         let (ratio, cell) = self.least_measure_ratio;
-        let mut line = format!("mesh: {} cells, the smallest (cell {cell}) {ratio:.3} of the mean", self.cells);
+        let mut line =
+            format!("mesh: {} cells, the smallest (cell {cell}) {} of the mean", self.cells, significant(ratio, 3));
         if let Some((angle, cell)) = self.least_angle {
-            line += &format!(", smallest angle {angle:.1} degrees (cell {cell})");
+            line += &format!(", smallest angle {} degrees (cell {cell})", significant(angle, 3));
         }
         if let Some((jacobian, cell)) = self.least_jacobian {
-            line += &format!(", smallest scaled Jacobian {jacobian:.3} (cell {cell})");
+            line += &format!(", smallest scaled Jacobian {} (cell {cell})", significant(jacobian, 3));
         }
         line + &format!(
-            "; {} elements of the method, the smallest {:.3} of the mean",
-            self.domains, self.least_domain_ratio
+            "; {} elements of the method, the smallest {} of the mean",
+            self.domains,
+            significant(self.least_domain_ratio, 3)
         )
     }
 }

@@ -18,9 +18,13 @@ use super::body::Body;
 use super::continuum::Continuum;
 use super::limits::Allowance;
 use super::matrix_profile;
+use super::springs_file::{self, FromFile};
 
 /// Free degrees of freedom in space from which multigrid is tried.
 const MULTIGRID_FROM: usize = 20_000;
+
+/// The topology that knows the most springs of a grid: listed ones keep their kind, step and cells.
+const WIDEST: &str = "second_ring";
 
 /// A trial solve to this residual that takes more than so many iterations makes a body too hard for multigrid.
 const TRIAL_TOLERANCE: f64 = 1e-6;
@@ -45,6 +49,8 @@ pub struct Lattice {
     pub coefficients: Vec<f64>,
     /// Upper bound (4.19) of every spring, N/m.
     pub spring_bounds: Vec<f64>,
+    /// Stiffness and groups, where the network comes from a file that has them.
+    pub from_file: Option<FromFile>,
     /// What the user should know.
     pub warnings: Vec<String>,
 }
@@ -84,11 +90,14 @@ pub fn build(scene: &Scene, body: &Body) -> Result<Lattice> {
 /// # Errors
 /// [`Error::Input`] for an unknown topology.
 pub fn connect(scene: &Scene, body: &Body) -> Result<Lattice> {
-    let name = &scene.springs.topology;
-    let topology = topology::find(name).ok_or_else(|| {
-        Error::input("springs.topology", format!("there is no topology {name}"), "see `springfit list topologies`")
-    })?;
-    let network = with_edges(network_of(topology, body), scene, body)?;
+    let (network, from_file) = match &scene.calibration.springs {
+        Some(path) => {
+            let (known, bare) = (network_of(named(WIDEST)?, body), network_of(named("list")?, body));
+            let (network, from_file) = springs_file::network(path, body, &known, bare)?;
+            (network, Some(from_file))
+        }
+        None => (with_edges(network_of(named(&scene.springs.topology)?, body), scene, body)?, None),
+    };
     let profile = profile(scene)?;
     let fitted = match profile.needs_matrix {
         true => matrix_profile::factors(body, &network, scene.springs.weighting)?,
@@ -111,7 +120,14 @@ pub fn connect(scene: &Scene, body: &Body) -> Result<Lattice> {
         ));
     }
     let choice = Choice { path: Path::Multigrid, reason: String::new() };
-    Ok(Lattice { network, symbolic: None, choice, factors, coefficients, spring_bounds, warnings })
+    Ok(Lattice { network, symbolic: None, choice, factors, coefficients, spring_bounds, from_file, warnings })
+}
+
+/// The topology of this name.
+fn named(name: &str) -> Result<&'static Topology> {
+    topology::find(name).ok_or_else(|| {
+        Error::input("springs.topology", format!("there is no topology {name}"), "see `springfit list topologies`")
+    })
 }
 
 /// The network with the springs that the scene names.
@@ -121,7 +137,7 @@ fn with_edges(mut network: Network, scene: &Scene, body: &Body) -> Result<Networ
     if edges.is_empty() && from_file.is_empty() {
         return Ok(network);
     }
-    let known = network_of(topology::find("second_ring").expect("the table has it"), body);
+    let known = network_of(named(WIDEST)?, body);
     let grid = body.grid();
     for (key, pairs) in [("springs.edges", edges), ("springs.edge_file", &from_file)] {
         edge_list::add(&mut network, pairs, key, &known, grid.as_ref(), &body.dofs)?;

@@ -24,7 +24,7 @@ use super::body::Body;
 use super::limits::Allowance;
 use super::loads::LoadCase;
 use super::network::Lattice;
-use super::{body, fit, large, limits, linear_fit, loads, motion, network};
+use super::{body, fit, given_stiffness, large, limits, loads, motion, network};
 
 /// Floating-point operations a second and core that supernodal factorisations of these sizes reach on a common machine;
 /// for estimates only.
@@ -142,7 +142,7 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
             .iter()
             .chain(&lattice.warnings)
             .cloned()
-            .chain(linear_fit::warning(&scene, &body))
+            .chain(given_stiffness::warning(&scene, &body))
             .chain(loads::warnings(&scene, &loads))
             .collect(),
         scene,
@@ -337,7 +337,7 @@ fn steps(
         format!(
             "calibration: {}, {} on {problems} problem(s), {fitted} fitted load case(s), {} held out",
             scene.calibration.objective,
-            scene.calibration.optimiser().or(scene.calibration.formula.as_deref()).unwrap_or_default(),
+            scene.calibration.source(),
             cases - fitted
         ),
         dynamics,

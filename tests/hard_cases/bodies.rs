@@ -11,7 +11,7 @@ use springfit::geometry::shapes;
 use springfit::reference::Path;
 use springfit::reference::methods::nurbs;
 use springfit::scene::Scene;
-use springfit::study::plan;
+use springfit::study::{body, plan};
 
 use super::common::{CUBE, SQUARE, parse, refused, run, runs, says, warned};
 use super::zero_modes::{connect, dofs, of_continuum, of_network, patch};
@@ -49,9 +49,17 @@ fn coincident_control_points() {
     for merged in [false, true] {
         let study = runs(&shaped("plate_with_hole", &format!("merge_seam = {merged}")));
         let network = &study.lattice.network;
-        assert!(network.zero_length > 0, "the spring between them is counted");
+        assert_eq!(network.zero_length > 0, !merged, "the spring between them is counted, unless they are one node");
         assert!(network.springs.iter().all(|spring| spring.length > 0.0 && spring.direction[0].is_finite()));
-        warned(&study.warnings, &[&format!("{} springs between coincident nodes", network.zero_length), "left out"]);
+        match merged {
+            true => {
+                assert!(!study.warnings.iter().any(|warning| warning.contains("coincident")), "{:?}", study.warnings)
+            }
+            false => warned(
+                &study.warnings,
+                &[&format!("{} springs between coincident nodes", network.zero_length), "left out"],
+            ),
+        }
         let masters = study.body.dofs.masters().count();
         assert_eq!(masters, body.points().len() - if merged { twice } else { 0 });
     }
@@ -260,4 +268,28 @@ fn one_element_or_single_row() {
     }
     let scene: Scene = parse(&with("[2, 2]", "")).expect("two points are enough for some degree");
     says(&plan::plan(&scene).expect_err("too few for degree 2"), 2, &["too few", "at least [3, 3]"]);
+}
+
+/// Two squares side by side, each with its own two nodes on the common side.
+#[test]
+fn nodes_of_a_mesh_that_lie_on_others_are_told_unless_they_are_tied() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("cut.vtk");
+    let text = "# vtk DataFile Version 3.0\n\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 double\n\
+                0 0 0 1 0 0 1 1 0 0 1 0 1 0 0 2 0 0 2 1 0 1 1 0\nCELLS 2 10\n4 0 1 2 3\n4 4 5 6 7\nCELL_TYPES 2\n9\n9\n";
+    std::fs::write(&path, text).expect("a file");
+    for merged in [false, true] {
+        let geometry = format!("file = {:?}\nmerge_seam = {merged}", path.to_str().expect("UTF-8"));
+        let scene = SQUARE
+            .replace("shape = \"square\"\ncontrol_points = [4, 4]", &geometry)
+            .replace("faces = [\"y-\"]", "box = { min = [-1.0, -0.1], max = [3.0, 0.1] }");
+        let built = body::build(&parse(&scene).expect("a scene")).expect("a body");
+        assert_eq!(built.dofs.masters().count(), if merged { 6 } else { 8 });
+        match merged {
+            true => assert_eq!(built.warnings, Vec::<String>::new()),
+            false => {
+                warned(&built.warnings, &["2 nodes lie on another one", "first nodes 1 and 4", "merge_seam = true"])
+            }
+        }
+    }
 }

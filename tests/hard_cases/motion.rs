@@ -9,6 +9,7 @@ use springfit::dynamics::springs::{Coefficients, SpringModel};
 use springfit::dynamics::stability::{self, Linearised};
 use springfit::dynamics::stepper::{Settings, Stepper};
 use springfit::geometry::dofs::DofMap;
+use springfit::readable::significant;
 use springfit::sparse::pattern::Pattern;
 use springfit::springs::network::{Kind, Network, Spring};
 
@@ -43,7 +44,7 @@ fn time_step() {
     assert!(safe.dynamics.expect("dynamics").motions[0].motion.frames.iter().flatten().all(|u| u.is_finite()));
     let error = run(&moving(&format!("{:e}", 1.001 * limit.undamped))).err().expect("unstable");
     let words = [
-        format!("largest eigenfrequency {:.6} rad/s", limit.omega_max),
+        format!("largest eigenfrequency {} rad/s", significant(limit.omega_max, 7)),
         format!("the limit is {:.6e} s", limit.undamped),
         "the fastest spring, between nodes".to_owned(),
     ];

@@ -1,7 +1,7 @@
 //! Supports and loads: free bodies, everything held, nothing loaded, forces on held nodes.
 
 use springfit::error::Error;
-use springfit::study::body;
+use springfit::study::{Study, body};
 
 use super::common::{CUBE, SQUARE, parse, refused, run, runs, says, warned};
 
@@ -14,15 +14,13 @@ fn rigid_body() {
     }
     // one corner held: one turn in the plane, three in space, named
     let corner = SQUARE.replace("faces = [\"y-\"]", "nodes = [0]");
-    let words = ["reference body", "1 zero mode:", "it can turn about z through (0.0000, 0.0000) m", "fix_rigid"];
+    let words = ["reference body", "1 zero mode:", "it can turn about z through (0, 0) m", "fix_rigid"];
     says(&refused(&corner), 3, &words);
     let corner = CUBE.replace("faces = [\"z-\"]", "nodes = [0]");
     let error = refused(&corner);
     assert!(matches!(&error, Error::Mechanism { modes: 3, motions, .. } if motions.len() == 3), "{error:?}");
     // the point of the axis that is nearest to the middle
-    for (axis, point) in
-        [("x", "1.0000, 0.0000, 0.0000"), ("y", "0.0000, 1.0000, 0.0000"), ("z", "0.0000, 0.0000, 1.0000")]
-    {
+    for (axis, point) in [("x", "1, 0, 0"), ("y", "0, 1, 0"), ("z", "0, 0, 1")] {
         says(&error, 3, &[&format!("it can turn about {axis} through ({point}) m")]);
     }
     // held in one direction only: what is left slides
@@ -81,4 +79,27 @@ fn force_on_a_fixed_node() {
     // no word where nothing is held of the load
     let plain = run(SQUARE).expect("it runs");
     assert!(!plain.warnings.iter().any(|warning| warning.contains("reaction")), "{:?}", plain.warnings);
+}
+
+/// Forces of a file on a support that is loaded at two of its nodes.
+fn held_forces(pair: [[f64; 2]; 2]) -> Study {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("forces.json");
+    let mut forces = vec![[2.0, -1.0]; 16];
+    [0, 4, 8, 12].iter().for_each(|&node| forces[node] = [0.0; 2]);
+    [forces[4], forces[8]] = pair;
+    std::fs::write(&path, format!("{forces:?}")).expect("a file");
+    let load = format!("file = {:?}", path.to_str().expect("UTF-8"));
+    runs(&SQUARE.replace("force_per_node = [2.0, -1.0]", &load))
+}
+
+#[test]
+fn forces_that_a_support_takes_are_told_by_their_size_and_not_by_their_sum() {
+    let balanced = held_forces([[0.0, 5.0], [0.0, -5.0]]);
+    assert_eq!(balanced.loads[0].load.held, [0.0; 3]);
+    warned(&balanced.warnings, &["held components of node 4 and 1 more", "up to 5.0 N at a node"]);
+    for none in [[[0.0; 2]; 2], [[-0.0; 2]; 2], [[1e-16, 0.0], [0.0, -3e-15]]] {
+        let study = held_forces(none);
+        assert!(!study.warnings.iter().any(|word| word.contains("support")), "{none:?}: {:?}", study.warnings);
+    }
 }

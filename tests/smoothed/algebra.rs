@@ -17,7 +17,8 @@ use springfit::sparse::ordering::minimum_degree;
 #[test]
 fn acceptance_patch_test_1e_10() {
     let strain = [[1e-3, 4e-4, -2e-4], [-3e-4, 2e-3, 5e-4], [1e-4, -6e-4, -1e-3]];
-    for (name, domains, positions) in every_method(&beam([4, 4, 4], 0.4, 3)) {
+    let mesh = beam([4, 4, 4], 0.4, 3);
+    for (name, domains, positions) in every_method(&mesh) {
         let exact: Vec<[f64; 3]> =
             positions.iter().map(|x| strain.map(|row| (0..3).map(|j| row[j] * x[j]).sum())).collect();
         let surface = |x: &[f64; 3]| (0..3).any(|i| x[i].abs() < 1e-12 || (x[i] - SIZE[i]).abs() < 1e-12);
@@ -26,7 +27,7 @@ fn acceptance_patch_test_1e_10() {
         assert!(dofs.len() >= 81, "{name}: there is an inside");
         let given: Vec<[f64; 3]> =
             exact.iter().zip(&fixed).map(|(u, held)| if held[0] { *u } else { [0.0; 3] }).collect();
-        let points = domains.into_points();
+        let points = domains.into_points(&mesh).expect("its mesh");
         let pattern = stiffness::pattern(&points, &dofs);
         let matrix = stiffness::stiffness(&points, lame(0.3), &dofs, &pattern).expect("no folds");
         let mut forces = vec![0.0; dofs.len()];
@@ -47,7 +48,7 @@ fn acceptance_patch_test_1e_10() {
 fn acceptance_six_zero_modes_and_none_more() {
     for mesh in [beam([3, 2, 2], 0.4, 5), beam([1, 1, 1], 0.0, 1)] {
         for (name, domains, positions) in every_method(&mesh) {
-            let matrix = dense(&linear_stiffness(domains, lame(0.3), &free(positions.len())));
+            let matrix = dense(&linear_stiffness(&mesh, domains, lame(0.3), &free(positions.len())));
             let mut modes: Vec<f64> = SymmetricEigen::new(matrix).eigenvalues.iter().copied().collect();
             modes.sort_by(f64::total_cmp);
             let largest = modes[modes.len() - 1];
@@ -66,8 +67,9 @@ fn acceptance_loewner_order_fem_face_edge_node() {
     for (alpha, seed) in [(0.0, 1), (0.45, 1), (0.45, 2), (0.3, 9)] {
         let mesh = beam([3, 2, 2], alpha, seed);
         let dofs = free(mesh.positions().len());
-        let matrices = METHODS
-            .map(|(_, smoothing)| dense(&linear_stiffness(smoothed_domains(&mesh, smoothing), lame(0.3), &dofs)));
+        let matrices = METHODS.map(|(_, smoothing)| {
+            dense(&linear_stiffness(&mesh, smoothed_domains(&mesh, smoothing), lame(0.3), &dofs))
+        });
         for pair in matrices.windows(2) {
             let least = smallest_eigenvalue(&pair[0] - &pair[1]);
             assert!(least > -1e-13 * pair[0].amax(), "alpha {alpha}: {least:e}");
@@ -80,7 +82,7 @@ fn acceptance_loewner_order_fem_face_edge_node() {
 fn a_single_tetrahedron_is_the_same_element_and_face_by_face() {
     let mut mesh = Mesh::new(3, vec![[0.0; 3], [1.0, 0.1, 0.0], [0.2, 0.9, 0.1], [0.1, 0.3, 1.2]]);
     mesh.push(CellKind::Tetrahedron, &[0, 1, 2, 3]);
-    let of = |smoothing| dense(&linear_stiffness(smoothed_domains(&mesh, smoothing), lame(0.3), &free(4)));
+    let of = |smoothing| dense(&linear_stiffness(&mesh, smoothed_domains(&mesh, smoothing), lame(0.3), &free(4)));
     assert!((of(Smoothing::Element) - of(Smoothing::Face)).amax() < 1e-15 * of(Smoothing::Element).amax());
 }
 
@@ -90,15 +92,15 @@ fn selective_smoothing_is_the_sum_of_its_parts() {
     let mesh = beam([3, 2, 2], 0.3, 4);
     let (dofs, full) = (clamped(mesh.positions()), lame(0.4));
     let sum = |shear, volume| -> DMatrix<f64> {
-        let part = |smoothing, lame| dense(&linear_stiffness(smoothed_domains(&mesh, smoothing), lame, &dofs));
+        let part = |smoothing, lame| dense(&linear_stiffness(&mesh, smoothed_domains(&mesh, smoothing), lame, &dofs));
         part(shear, Lame { lambda: 0.0, ..full }) + part(volume, Lame { mu: 0.0, ..full })
     };
     let table = smoothed::selective(&mesh, Smoothing::Face, Smoothing::Node, 1.0).expect("tetrahedra");
     assert!((0..table.len()).all(|k| table.part(k) != Part::Whole));
-    let both = dense(&linear_stiffness(table.clone(), full, &dofs));
+    let both = dense(&linear_stiffness(&mesh, table.clone(), full, &dofs));
     let expected = sum(Smoothing::Face, Smoothing::Node);
     assert!((&both - &expected).amax() < 1e-14 * both.amax());
-    let points = table.into_points();
+    let points = table.into_points(&mesh).expect("its mesh");
     let volume = points.measure().expect("no folds");
     assert!((volume / 0.04 - 1.0).abs() < 1e-14, "the body is counted once: {volume}");
 }
@@ -203,7 +205,7 @@ fn edge_smoothing_of_triangles_passes_the_patch_test_and_is_softer() {
         let domains = smoothed::domains(&mesh, smoothing, 0.5).expect("triangles");
         let volume: f64 = (0..domains.len()).map(|k| domains.volume(k)).sum();
         assert!((volume - 0.5).abs() < 1e-14);
-        linear_stiffness(domains, lame(0.3), &dofs)
+        linear_stiffness(&mesh, domains, lame(0.3), &dofs)
     });
     for matrix in &matrices {
         let mut modes: Vec<f64> = SymmetricEigen::new(dense(matrix)).eigenvalues.iter().copied().collect();
@@ -216,7 +218,7 @@ fn edge_smoothing_of_triangles_passes_the_patch_test_and_is_softer() {
     }
     // faces of triangles are their edges
     let faces = smoothed::domains(&mesh, Smoothing::Face, 0.5).expect("triangles");
-    assert_eq!(dense(&linear_stiffness(faces, lame(0.3), &dofs)), dense(&matrices[1]));
+    assert_eq!(dense(&linear_stiffness(&mesh, faces, lame(0.3), &dofs)), dense(&matrices[1]));
 }
 
 /// Largest force on inner nodes of the unit square under a linear displacement.

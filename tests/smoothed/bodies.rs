@@ -11,7 +11,7 @@ use springfit::reference::material::{Lame, Material, Plane};
 use springfit::reference::methods::smoothed::{self, Domains, Smoothing};
 use springfit::reference::methods::t10;
 use springfit::reference::modes::lowest_frequencies;
-use springfit::reference::points::IntegrationPoints;
+use springfit::reference::points::{IntegrationPoints, Part};
 use springfit::reference::stiffness;
 use springfit::sparse::cholesky::{Factor, Symbolic};
 use springfit::sparse::ordering::minimum_degree;
@@ -47,7 +47,7 @@ pub fn clamped(positions: &[[f64; 3]]) -> DofMap {
 /// Volume that every node stands for, by row sums of the mean shape functions.
 pub fn row_sums(domains: &Domains) -> Vec<f64> {
     let mut volumes = vec![0.0; domains.nodes()];
-    for k in (0..domains.len()).filter(|&k| domains.part(k).has_mass()) {
+    for k in (0..domains.len()).filter(|&k| domains.part(k) != Part::Volume) {
         for acting in domains.acting(k) {
             volumes[acting.node as usize] += domains.volume(k) * acting.value;
         }
@@ -116,7 +116,9 @@ pub fn solve(points: &IntegrationPoints, positions: &[[f64; 3]], lame: Lame, vol
 /// The cantilever on smoothing domains.
 pub fn solve_smoothed(mesh: &Mesh, domains: Domains, poisson: f64) -> Answer {
     let volumes = row_sums(&domains);
-    solve(&domains.into_points(), mesh.positions(), lame(poisson), &volumes, &|dofs| lumped(dofs, &volumes))
+    solve(&domains.into_points(mesh).expect("its mesh"), mesh.positions(), lame(poisson), &volumes, &|dofs| {
+        lumped(dofs, &volumes)
+    })
 }
 
 /// The cantilever on quadratic tetrahedra.
@@ -125,7 +127,7 @@ pub fn solve_quadratic(mesh: &Mesh, poisson: f64) -> Answer {
     let domains = t10::domains(mesh).expect("positive");
     let volumes = row_sums(&domains);
     let mass = |dofs: &DofMap| t10::mass(mesh, DENSITY, dofs).expect("positive");
-    solve(&domains.into_points(), &positions, lame(poisson), &volumes, &mass)
+    solve(&domains.into_points(mesh).expect("its mesh"), &positions, lame(poisson), &volumes, &mass)
 }
 
 pub fn smoothed_domains(mesh: &Mesh, smoothing: Smoothing) -> Domains {
@@ -156,9 +158,9 @@ pub fn free(nodes: usize) -> DofMap {
     DofMap::untied(3, &vec![[false; 3]; nodes])
 }
 
-/// The stiffness of domains over degrees of freedom, at rest.
-pub fn linear_stiffness(domains: Domains, lame: Lame, dofs: &DofMap) -> CsrMatrix<f64> {
-    let points = domains.into_points();
+/// The stiffness of domains of a mesh over degrees of freedom, at rest.
+pub fn linear_stiffness(mesh: &Mesh, domains: Domains, lame: Lame, dofs: &DofMap) -> CsrMatrix<f64> {
+    let points = domains.into_points(mesh).expect("its mesh");
     let pattern = stiffness::pattern(&points, dofs);
     stiffness::stiffness(&points, lame, dofs, &pattern).expect("no folds")
 }

@@ -185,9 +185,10 @@ fn filled(held: &mut Held, tangent: Tangent) -> CsrMatrix<f64> {
 
 #[test]
 fn the_matrix_is_what_the_products_are_and_at_rest_the_linear_stiffness() {
-    for (name, domains, positions) in every_method(&beam([3, 2, 2], 0.3, 2)) {
+    let mesh = beam([3, 2, 2], 0.3, 2);
+    for (name, domains, positions) in every_method(&mesh) {
         let dofs = clamped(&positions);
-        let linear = dense(&linear_stiffness(domains.clone(), lame(0.3), &dofs));
+        let linear = dense(&linear_stiffness(&mesh, domains.clone(), lame(0.3), &dofs));
         let mut held = Held::new(domains, &positions, lame(0.3), dofs).expect("in space");
         for tangent in TANGENTS {
             held.place(&vec![0.0; linear.nrows()]);

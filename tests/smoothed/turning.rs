@@ -182,7 +182,8 @@ fn a_box_pushed_through_itself_a_flattened_bar_and_a_crushed_one_are_told() {
     ];
     for (name, load) in loads {
         let load = format!("[[load]]\nname = \"{name}\"\n{load}");
-        let rest = "kinematics = \"corotational\"\n[calibration]\nobjective = \"formula\"\nformula = \"van_gelder\"";
+        let rest =
+            "kinematics = \"corotational\"\n[calibration]\nobjective = \"formula\"\nformula = \"van_gelder_volume\"";
         match run_text(text(1e6, &load, rest)) {
             Ok(study) => {
                 let finite = |u: &[f64]| u.iter().all(|u| u.is_finite());

@@ -7,7 +7,7 @@
 //! ```
 
 use springfit::geometry::mesh::{CellKind, Mesh};
-use springfit::reference::material::{Material, Plane};
+use springfit::reference::material::Plane;
 
 use crate::problem::{lame, mapped, node_at, points, solve, supports, traction};
 use crate::table::{assert_close, expected};
@@ -57,10 +57,4 @@ fn e9_locking_of_q4_and_t3_and_b_bar() {
             assert_close(&format!("nu={poisson} {method}"), ratio, number(key), 1e-8);
         }
     }
-}
-
-#[test]
-fn e9_a_warning_names_locking() {
-    let word = |poisson| Material { young: YOUNG, poisson }.locking_warning(2, Plane::Strain);
-    assert!(word(0.4999).is_some_and(|text| text.contains("locks")) && word(0.3).is_none());
 }

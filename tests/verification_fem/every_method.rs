@@ -7,7 +7,7 @@ use springfit::geometry::shapes;
 use springfit::reference::material::{Lame, Plane};
 use springfit::reference::methods::{METHODS, nurbs};
 use springfit::reference::points::IntegrationPoints;
-use springfit::reference::{mass, stiffness};
+use springfit::reference::{loads, mass, stiffness};
 
 use crate::problem::{lame, mapped, points, traction};
 
@@ -121,6 +121,50 @@ fn masses_3_11_and_3_12_are_those_of_the_body() {
         let sums = damping.values().iter().zip(consistent.values()).zip(k.values());
         assert!(sums.into_iter().all(|((c, m), k)| *c == 0.5 * m + 0.25 * k), "{name}");
     }
+}
+
+/// The mass of a body does not depend on how its stiffness is integrated: on one mesh every method that takes its cells has
+/// the same masses at every node, the same volume and the same forces of a body force that varies.
+#[test]
+fn masses_volume_and_body_forces_are_those_of_the_mesh_whatever_the_method() {
+    let kinds = [CellKind::Triangle, CellKind::Quadrilateral, CellKind::Tetrahedron, CellKind::Hexahedron];
+    let mut meshes = kinds.map(body).to_vec();
+    for [few, many] in [[1, 0], [3, 2]] {
+        let mut mixed = meshes[many].clone();
+        mixed.push(kinds[few], meshes[few].corners(0));
+        meshes.push(mixed);
+    }
+    let mut compared = 0;
+    for mesh in &meshes {
+        let dofs = free(mesh);
+        let able: Vec<_> = METHODS.iter().filter(|method| method.check(mesh).is_ok()).collect();
+        let first = integrals(&points(able[0].name, mesh), &dofs);
+        for method in &able[1..] {
+            let found = integrals(&points(method.name, mesh), &dofs);
+            for ((what, ours), (_, theirs)) in found.iter().zip(&first) {
+                let apart =
+                    ours.iter().zip(theirs).map(|(a, b)| (a - b).abs() / b.abs().max(1e-300)).fold(0.0, f64::max);
+                assert!(ours.len() == theirs.len() && apart <= 1e-14, "{what} of {} is {apart:e} off", method.name);
+                compared += 1;
+            }
+        }
+    }
+    assert_eq!(compared, 5 * (3 + 1 + 6 + 1 + 1 + 1), "methods beside the first on each mesh");
+}
+
+/// What is integrated over the body: masses (3.11) and (3.12), the consistent ones that are not 0, forces of a body force,
+/// the volume.
+fn integrals(points: &IntegrationPoints, dofs: &DofMap) -> Vec<(&'static str, Vec<f64>)> {
+    let pattern = stiffness::pattern(points, dofs);
+    let consistent = mass::consistent(points, 1143.0, dofs, &pattern).expect("a mass");
+    let density = |[x, y, z]: [f64; 3]| [1.0 + x * y, 2.0 + y * y, 3.0 + x + z];
+    vec![
+        ("the lumped mass", mass::lumped(points, 1143.0, dofs).expect("masses")),
+        ("the mass by elements", mass::equal_shares(points, 1143.0, dofs).expect("masses")),
+        ("the consistent mass", consistent.values().iter().copied().filter(|&mass| mass != 0.0).collect()),
+        ("a body force", loads::body_force(points, dofs, &density).expect("forces").forces),
+        ("the volume", vec![points.measure().expect("a measure")]),
+    ]
 }
 
 /// Triangles m/12 (1 + delta), tetrahedra m/20 (1 + delta), bars of one square m/36 (4, 2, 1).

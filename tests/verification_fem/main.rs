@@ -4,6 +4,7 @@
 mod cook;
 mod cylinder;
 mod every_method;
+mod locking;
 mod patch_test;
 mod problem;
 #[path = "../verification_iga/table.rs"]

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Neither part needs the column. c . P r is the sum over S of the adjoint gradient for z = P r. And for a vector z of
-//! independent normal numbers (c . P z)^2 is |P c|^2 on average (M. F. Hutchinson, Commun. Stat. Simul. Comput. 18, 1989), so
+//! independent normal numbers ([`super::places`]) (c . P z)^2 is |P c|^2 on average (M. F. Hutchinson, Commun. Stat. Simul. Comput. 18, 1989), so
 //! a few such probes, solved with P r in one block, give the curvature of *every* set: prefix sums over the springs of
 //! a group, sorted by a feature, run through its thresholds. The best are solved exactly in [`super::exact`].
 //!
@@ -17,9 +17,10 @@
 
 use crate::dense::Complement;
 use crate::error::{Error, Result};
-use crate::rng::Stream;
 
 use super::part::Part;
+use super::places::probes;
+use super::ties::ranked;
 use super::worker::Worker;
 
 /// Probes of the curvature.
@@ -32,8 +33,8 @@ const SHORTLIST: usize = 96;
 const THRESHOLDS: usize = 32;
 const KEPT: usize = 3;
 
-/// Part of the size of a feature below which two values are one.
-const SAME: f64 = 1e-7;
+/// Part of the largest curvature of a spring: a set with less is reached by the groups, and what is left of it is the ridge.
+const REACHED: f64 = 1e-14;
 
 /// Part of the squared columns that is added to tell columns apart that depend on each other.
 const RIDGE: f64 = 1e-9;
@@ -109,30 +110,32 @@ pub struct Split {
     pub gain: f64,
 }
 
-/// The splits with the largest estimated gains, largest first, no two the same; `seed` and `level` name the probes.
+/// The splits with the largest estimated gains, largest first, no two the same; `level` names the probes.
 ///
 /// # Errors
 /// Where a solve is not accurate.
-pub fn shortlist(worker: &mut Worker, model: &Model, seed: u64, level: usize) -> Result<Vec<Split>> {
-    let rows = model.rest.len();
-    let mut stream = Stream::new(seed, 1, level);
-    let mut vectors: Vec<f64> = (0..PROBES * rows).map(|_| stream.normal()).collect();
+pub fn shortlist(worker: &mut Worker, model: &Model, level: usize) -> Result<Vec<Split>> {
+    let cases = worker.ground.fitted.weights.len();
+    let mut vectors = probes(worker.ground.places, cases, PROBES, level);
     model.complement.project(&mut vectors);
     vectors.splice(0..0, model.rest.iter().copied());
     let slopes = worker.transposed(&vectors)?;
+    let curvatures = slopes.chunks_exact(PROBES + 1).map(|of_spring| square(&of_spring[1..]));
+    let floor = REACHED * curvatures.fold(0.0, f64::max);
     let mut found: Vec<Place> = Vec::new();
     for (group, part) in worker.parts.iter().enumerate() {
         let room = room(worker.phi()[group], part.upper);
         for (feature, values) in worker.ground.features.iter().enumerate() {
-            let mut places = thresholds(part, values, &slopes, room);
-            places.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-            found.extend(places.into_iter().take(KEPT).map(|place| Place { group, feature, ..place }));
+            let thresholds = thresholds(part, values, worker.ground.resolutions[feature], &slopes);
+            let places = places(&thresholds, floor, room);
+            let mut best = by_gain(&places);
+            best.truncate(KEPT);
+            best.sort_unstable();
+            found.extend(best.into_iter().map(|i| Place { group, feature, ..places[i] }));
         }
     }
-    // stable: of equals the one of the earlier group and feature comes first
-    found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let mut splits: Vec<Split> = Vec::new();
-    for Place { gain, group, feature, threshold } in found {
+    for Place { gain, group, feature, threshold } in by_gain(&found).into_iter().map(|i| found[i]) {
         let part = &worker.parts[group];
         let values = &worker.ground.features[feature];
         let below: Vec<u32> = part.springs.iter().copied().filter(|&s| values[s as usize] < threshold).collect();
@@ -152,7 +155,13 @@ fn equal_halves(a: &[u32], b: &[u32], springs: usize) -> bool {
     a == b || a.len() + b.len() == springs && b.iter().all(|s| a.binary_search(s).is_err())
 }
 
+/// Indices of the places, largest gain first.
+fn by_gain(places: &[Place]) -> Vec<usize> {
+    ranked(&places.iter().map(|place| place.gain).collect::<Vec<_>>())
+}
+
 /// A threshold with its gain.
+#[derive(Clone, Copy)]
 struct Place {
     gain: f64,
     group: usize,
@@ -160,42 +169,62 @@ struct Place {
     threshold: f64,
 }
 
-/// The thresholds of one feature in one group, ascending, with their gains where these are positive.
-fn thresholds(part: &Part, values: &[f64], slopes: &[f64], room: Room) -> Vec<Place> {
+/// A threshold of one feature in one group with the sums of the slopes below and above it.
+struct Threshold {
+    at: f64,
+    sides: [Sums; 2],
+}
+
+/// The thresholds of one feature in one group, ascending; values within `resolution` of each other are one.
+fn thresholds(part: &Part, values: &[f64], resolution: f64, slopes: &[f64]) -> Vec<Threshold> {
     let mut order = part.springs.clone();
     order.sort_by(|&r, &s| values[r as usize].total_cmp(&values[s as usize]).then(r.cmp(&s)));
     let value = |i: usize| values[order[i] as usize];
-    let size = order.iter().fold(0.0_f64, |size, &s| size.max(values[s as usize].abs()));
-    let steps: Vec<usize> = (1..order.len()).filter(|&i| value(i) - value(i - 1) > SAME * size).collect();
+    let steps: Vec<usize> = (1..order.len()).filter(|&i| value(i) - value(i - 1) > resolution).collect();
     let stride = steps.len().div_ceil(THRESHOLDS).max(1);
     let mut total = [0.0; PROBES + 1];
     part.springs.iter().for_each(|&s| add(&mut total, slopes, s));
     let mut below = [0.0; PROBES + 1];
     let mut done = 0;
-    let mut places = Vec::new();
+    let mut found = Vec::new();
     for &step in steps.iter().skip((stride - 1) / 2).step_by(stride) {
         order[done..step].iter().for_each(|&s| add(&mut below, slopes, s));
         done = step;
         let above = std::array::from_fn(|i| total[i] - below[i]);
-        let gain = gain(&below, room).max(if room == Room::Free { 0.0 } else { gain(&above, room) });
-        if gain > 0.0 {
-            let threshold = 0.5 * (value(step - 1) + value(step));
-            places.push(Place { gain, group: 0, feature: 0, threshold });
-        }
+        found.push(Threshold { at: 0.5 * (value(step - 1) + value(step)), sides: [below, above] });
     }
-    places
+    found
 }
 
+/// The thresholds that gain, as places in the first group and feature.
+fn places(thresholds: &[Threshold], floor: f64, room: Room) -> Vec<Place> {
+    let of = |threshold: &Threshold| {
+        let [below, above] = &threshold.sides;
+        let other = if room == Room::Free { 0.0 } else { gain(above, floor, room) };
+        let gain = gain(below, floor, room).max(other);
+        (gain > 0.0).then_some(Place { gain, group: 0, feature: 0, threshold: threshold.at })
+    };
+    thresholds.iter().filter_map(of).collect()
+}
+
+/// The sums of the slopes of some springs: for P r, then for the probes.
+type Sums = [f64; PROBES + 1];
+
 /// Adds the slopes of a spring.
-fn add(sums: &mut [f64; PROBES + 1], slopes: &[f64], spring: u32) {
+fn add(sums: &mut Sums, slopes: &[f64], spring: u32) {
     let of_spring = &slopes[spring as usize * (PROBES + 1)..][..PROBES + 1];
     sums.iter_mut().zip(of_spring).for_each(|(sum, slope)| *sum += slope);
 }
 
-/// The estimated gain of a set with these sums of slopes: that of P r first, then those of the probes.
-fn gain(sums: &[f64; PROBES + 1], room: Room) -> f64 {
+/// The estimated gain of a set with these sums; 0 where its curvature is not above the floor.
+fn gain(sums: &Sums, floor: f64, room: Room) -> f64 {
     let slope = sums[0];
     let stays = room == Room::Up && slope >= 0.0 || room == Room::Down && slope <= 0.0;
-    let curvature = sums[1..].iter().map(|s| s * s).sum::<f64>() / PROBES as f64;
-    if stays || curvature <= 0.0 { 0.0 } else { slope * slope / curvature }
+    let curvature = square(&sums[1..]);
+    if stays || curvature <= floor { 0.0 } else { slope * slope / curvature }
+}
+
+/// The mean square of what the probes say.
+fn square(sums: &[f64]) -> f64 {
+    sums.iter().map(|s| s * s).sum::<f64>() / PROBES as f64
 }

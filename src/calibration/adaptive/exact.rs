@@ -12,7 +12,14 @@ use crate::error::Result;
 
 use super::candidates::{Model, Room, Split, room};
 use super::part::Part;
+use super::ties::{first_of_best, ranked};
 use super::worker::Worker;
+
+/// Part of a squared column: less beyond the columns of the groups is what the ridge and rounding leave of nothing.
+const BEYOND: f64 = 1e-10;
+
+/// Part of |P c|^2: less beyond the splits that are chosen already is nothing.
+const LEFT: f64 = 1e-6;
 
 /// A split with its column.
 pub struct Exact {
@@ -41,6 +48,9 @@ pub fn measure(worker: &mut Worker, model: &Model, splits: Vec<Split>) -> Result
         let (column, beyond) = (&columns[i * rows..(i + 1) * rows], &projected[i * rows..(i + 1) * rows]);
         let part = &worker.parts[split.group];
         let halves = part.split(split.feature, split.threshold, &split.below, worker.ground.bounds);
+        if dot(beyond, beyond) <= BEYOND * dot(column, column) {
+            continue;
+        }
         let phi = worker.phi()[split.group];
         let gain = match room(phi, part.upper) {
             Room::Free => {
@@ -55,8 +65,15 @@ pub fn measure(worker: &mut Worker, model: &Model, splits: Vec<Split>) -> Result
             measured.push(Exact { split: Split { gain, ..split }, column, beyond, halves });
         }
     }
-    measured.sort_by(|a, b| b.split.gain.total_cmp(&a.split.gain));
-    Ok(measured)
+    measured.sort_by(|a, b| place(&a.split).partial_cmp(&place(&b.split)).expect("thresholds are numbers"));
+    let order = ranked(&measured.iter().map(|exact| exact.split.gain).collect::<Vec<_>>());
+    let mut by_place: Vec<Option<Exact>> = measured.into_iter().map(Some).collect();
+    Ok(order.into_iter().filter_map(|i| by_place[i].take()).collect())
+}
+
+/// Where a split stands among those that gain the same.
+fn place(split: &Split) -> (usize, usize, f64) {
+    (split.group, split.feature, split.threshold)
 }
 
 /// The gain where the group is at a bound: of the half that leaves it.
@@ -111,15 +128,16 @@ pub fn choose(splits: &[Exact], rest: &[f64], first: usize, count: usize) -> Vec
             let share = dot(vector, &last) / square;
             vector.iter_mut().zip(&last).for_each(|(v, l)| *v -= share * l);
         }
-        // a column that follows from those chosen has nothing left but rounding
+        // a column that follows from those chosen has nothing left but rounding; bounds hold beside others as they do alone
         let gain = |i: usize| {
             let left = dot(&beyond[i], &beyond[i]);
-            if left > 1e-6 * whole[i] { dot(&beyond[i], &rest).powi(2) / left } else { 0.0 }
+            let gain = if left > LEFT * whole[i] { dot(&beyond[i], &rest).powi(2) / left } else { 0.0 };
+            gain.min(splits[i].split.gain)
         };
         let other_group = |i: &usize| chosen.iter().all(|&(c, _)| splits[c].split.group != splits[*i].split.group);
-        let next = (0..splits.len()).filter(other_group).max_by(|&a, &b| gain(a).total_cmp(&gain(b)).then(b.cmp(&a)));
-        match next {
-            Some(next) => chosen.push((next, gain(next))),
+        let others: Vec<(usize, f64)> = (0..splits.len()).filter(other_group).map(|i| (i, gain(i))).collect();
+        match first_of_best(others.iter().map(|(_, gain)| *gain)) {
+            Some(next) => chosen.push(others[next]),
             None => break,
         }
     }

@@ -7,6 +7,11 @@
 use crate::geometry::grid::Grid;
 use crate::springs::network::{Network, Spring};
 
+use super::places::extent;
+
+/// Part of the size of a feature below which two values are one.
+const SAME: f64 = 1e-7;
+
 /// Where a network stands.
 pub struct Site<'a> {
     /// The springs at rest.
@@ -25,36 +30,76 @@ pub struct Feature {
     pub name: &'static str,
     /// What it is, with its unit.
     pub doc: &'static str,
+    /// True for a length or a coordinate, m; otherwise a number near 1.
+    pub is_length: bool,
     /// The number.
     pub value: fn(&Site, &Spring) -> f64,
 }
 
-/// All features; of two splits that gain the same the one with the earlier feature is taken.
+/// All features; of two splits of a group that gain the same the one with the earlier feature is taken ([`super::ties`]).
 pub const FEATURES: &[Feature] = &[
     Feature {
         name: "layer_1",
         doc: "middle along the first grid direction, in layers from its start",
+        is_length: false,
         value: |site, s| layer(site, s, 0),
     },
-    Feature { name: "layer_2", doc: "middle along the second grid direction", value: |site, s| layer(site, s, 1) },
-    Feature { name: "layer_3", doc: "middle along the third grid direction", value: |site, s| layer(site, s, 2) },
-    Feature { name: "depth", doc: "layers between the middle and the nearest end of the grid", value: depth },
-    Feature { name: "x", doc: "middle, m", value: |site, s| middle(site, s)[0] },
-    Feature { name: "y", doc: "middle, m", value: |site, s| middle(site, s)[1] },
-    Feature { name: "z", doc: "middle, m", value: |site, s| middle(site, s)[2] },
-    Feature { name: "d_x", doc: "direction, first component", value: |_, s| s.direction[0] },
-    Feature { name: "d_y", doc: "direction, second component", value: |_, s| s.direction[1] },
-    Feature { name: "d_z", doc: "direction, third component", value: |_, s| s.direction[2] },
-    Feature { name: "length", doc: "rest length, m", value: |_, s| s.length },
-    Feature { name: "multiplicity", doc: "cells that contain the spring", value: |_, s| f64::from(s.cells) },
+    Feature {
+        name: "layer_2",
+        doc: "middle along the second grid direction",
+        is_length: false,
+        value: |site, s| layer(site, s, 1),
+    },
+    Feature {
+        name: "layer_3",
+        doc: "middle along the third grid direction",
+        is_length: false,
+        value: |site, s| layer(site, s, 2),
+    },
+    Feature {
+        name: "depth",
+        doc: "layers between the middle and the nearest end of the grid",
+        is_length: false,
+        value: depth,
+    },
+    Feature { name: "x", doc: "middle, m", is_length: true, value: |site, s| middle(site, s)[0] },
+    Feature { name: "y", doc: "middle, m", is_length: true, value: |site, s| middle(site, s)[1] },
+    Feature { name: "z", doc: "middle, m", is_length: true, value: |site, s| middle(site, s)[2] },
+    Feature {
+        name: "d_x",
+        doc: "direction, first component",
+        is_length: false,
+        value: |site, s| direction(site, s)[0],
+    },
+    Feature {
+        name: "d_y",
+        doc: "direction, second component",
+        is_length: false,
+        value: |site, s| direction(site, s)[1],
+    },
+    Feature {
+        name: "d_z",
+        doc: "direction, third component",
+        is_length: false,
+        value: |site, s| direction(site, s)[2],
+    },
+    Feature { name: "length", doc: "rest length, m", is_length: true, value: |_, s| s.length },
+    Feature {
+        name: "multiplicity",
+        doc: "cells that contain the spring",
+        is_length: false,
+        value: |_, s| f64::from(s.cells),
+    },
     Feature {
         name: "to_boundary",
         doc: "distance of the middle from the nearest node of the boundary, m",
+        is_length: true,
         value: |site, s| nearest(site, s, site.boundary),
     },
     Feature {
         name: "to_support",
         doc: "distance of the middle from the nearest held node, m",
+        is_length: true,
         value: |site, s| nearest(site, s, site.held),
     },
 ];
@@ -62,6 +107,13 @@ pub const FEATURES: &[Feature] = &[
 fn middle(site: &Site, spring: &Spring) -> [f64; 3] {
     let [a, b] = spring.nodes.map(|node| site.network.positions[node as usize]);
     std::array::from_fn(|c| 0.5 * (a[c] + b[c]))
+}
+
+/// The direction of a spring. On a grid it points the way that the grid does; elsewhere which end comes first is a matter of how
+/// nodes are numbered, so it points to where the first component that is not zero grows.
+fn direction(site: &Site, spring: &Spring) -> [f64; 3] {
+    let backwards = site.grid.is_none() && spring.direction.iter().find(|d| d.abs() > SAME).is_some_and(|d| *d < 0.0);
+    if backwards { spring.direction.map(|d| -d) } else { spring.direction }
 }
 
 fn layer(site: &Site, spring: &Spring, direction: usize) -> f64 {
@@ -92,6 +144,12 @@ pub fn table(site: &Site) -> Vec<Vec<f64>> {
         .iter()
         .map(|feature| site.network.springs.iter().map(|spring| (feature.value)(site, spring)).collect())
         .collect()
+}
+
+/// For each feature how far two values are one: rounding of coordinates is no place to split at.
+pub fn resolutions(site: &Site) -> Vec<f64> {
+    let extent = extent(&site.network.positions);
+    FEATURES.iter().map(|feature| SAME * if feature.is_length { extent } else { 1.0 }).collect()
 }
 
 #[cfg(test)]

@@ -8,7 +8,11 @@
 //! 3. every two groups may share a number instead, at a loss in the same linear model ([`unions`]): a rung that needs one group
 //!    more may split two and unite two, where that promises more;
 //! 4. three plans are tried, one factorisation each where the step holds, and the lowest error stays ([`rung`]);
-//! 5. a few warm Gauss-Newton steps fit all groups again ([`fit`], [`worker`]).
+//! 5. warm steps of Newton fit all groups again, to the bottom of the valley ([`fit`], [`worker`]).
+//!
+//! No step draws a random number, and none turns on rounding: what is equally good is taken in the order of the geometry ([`ties`]),
+//! probes belong to places ([`places`]), fits are converged, and flat valleys have a bottom. So the same body in other units, with other
+//! node numbers, another seed or on another processor climbs the same ladder.
 //!
 //! From 16 groups on, several groups split at once (an eighth of them), each for what it adds to the others: the
 //! model is linear and the columns are there. Steps are short (a factor of 1.6 in stiffness at most while trying), for
@@ -23,8 +27,10 @@ pub mod exact;
 pub mod features;
 pub mod fit;
 pub mod part;
+pub mod places;
 pub mod rung;
 pub mod state;
+pub mod ties;
 pub mod unions;
 pub mod worker;
 
@@ -37,6 +43,7 @@ use crate::error::{Error, Result};
 use crate::springs::solver;
 
 use part::Part;
+use ties::TIE;
 use worker::{Ground, Worker};
 
 /// When a ladder ends.
@@ -50,8 +57,8 @@ pub struct Limits {
     pub patience: Option<usize>,
     /// Starts of the first fit: 1 or 2.
     pub starts: usize,
-    /// Seed of the probes.
-    pub seed: u64,
+    /// Strength rho of the prior in percent; a hundredth of the error unless it is given ([`fit`]).
+    pub regularisation: Option<f64>,
 }
 
 /// One rung: a network on the way.
@@ -78,8 +85,6 @@ pub struct Fitted {
     pub parts: Vec<Part>,
     /// Their numbers.
     pub phi: Vec<f64>,
-    /// The same up to a common factor: of these K was made, see [`Worker::asked`].
-    pub asked: Vec<f64>,
 }
 
 /// A ladder on a rung: all that the next rung depends on, to the bit.
@@ -130,9 +135,9 @@ pub fn climb(
     let parts = if standing.rungs.is_empty() { start } else { standing.last.parts.clone() };
     let mut worker = Worker::new(ground, solver, parts, &progress.interrupt());
     match standing.rungs.last() {
-        Some(rung) => worker.stand(&standing.last.asked, rung.counts)?,
+        Some(rung) => worker.stand(&standing.last.phi, rung.counts)?,
         None => {
-            fit::begin(&mut worker, limits.starts, progress)?;
+            fit::begin(&mut worker, limits.starts, limits.regularisation, progress)?;
             standing.add(&mut worker, vec![], clock.seconds(), limits)?;
             hear(&standing)?;
         }
@@ -162,12 +167,12 @@ pub fn climb(
 impl Standing {
     /// True for a rung of some network with so many springs, each in one group.
     pub fn is_of(&self, springs: usize) -> bool {
-        let partition = |Fitted { parts, phi, asked }: &Fitted| {
+        let partition = |Fitted { parts, phi }: &Fitted| {
             let mut all: Vec<u32> = parts.iter().flat_map(|part| part.springs.iter().copied()).collect();
             all.sort_unstable();
             let known = parts.iter().flat_map(|part| &part.pieces).flat_map(|piece| &piece.conditions);
             all.into_iter().eq(0..springs as u32)
-                && [phi.len(), asked.len()] == [parts.len(); 2]
+                && phi.len() == parts.len()
                 && known.map(|condition| condition.feature).all(|feature| feature < features::FEATURES.len())
         };
         self.taken < self.rungs.len() && [&self.best, &self.last].into_iter().all(partition)
@@ -178,10 +183,12 @@ impl Standing {
         let held_out = worker.settle()?;
         let (groups, error, counts) = (worker.parts.len(), worker.error(), worker.counts());
         self.rungs.push(Rung { groups, error, held_out, splits, counts, seconds });
-        let (phi, asked) = (worker.phi().to_vec(), worker.asked().to_vec());
-        self.last = Fitted { parts: worker.parts.clone(), phi, asked };
+        self.last = Fitted { parts: worker.parts.clone(), phi: worker.phi().to_vec() };
         let lowest = match (limits.patience, held_out) {
-            (Some(_), Some(error)) => self.rungs.iter().all(|rung| rung.held_out >= Some(error)),
+            (Some(_), Some(error)) => self.rungs[..self.rungs.len() - 1]
+                .iter()
+                .filter_map(|rung| rung.held_out)
+                .all(|e| error < (1.0 - TIE) * e),
             _ => true,
         };
         if lowest {

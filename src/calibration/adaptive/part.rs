@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+pub(super) use crate::readable::short;
+
 use super::features::FEATURES;
 
 /// One side of a split: the springs whose feature is below the threshold, or not.
@@ -143,13 +145,6 @@ fn largest(springs: &[u32], bounds: &[f64]) -> f64 {
     springs.iter().fold(0.0, |largest: f64, &s| largest.max(bounds[s as usize]))
 }
 
-/// A threshold with the digits that a person needs.
-pub(super) fn short(value: f64) -> String {
-    let text = format!("{value:.4}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".into() } else { text.into() }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -165,7 +160,9 @@ mod tests {
         assert_eq!((whole.name(), above.name()), ("edge".to_owned(), "edge, z >= 0.5".to_owned()));
         assert_eq!((first.name(), rest.name()), ("edge, z < 0.31".to_owned(), "edge, 0.31 <= z < 0.5".to_owned()));
         assert_eq!(rest.springs, [2, 3]);
-        assert_eq!([-0.0, 2.0, 1.0 / 3.0].map(short), ["0", "2", "0.3333"]);
+        // a body of a micron: 3.1e-7 was written as 0
+        let [small, _] = whole.split(z, 3.1e-7, &[0], &bounds);
+        assert_eq!(small.name(), "edge, z < 3.1e-7");
     }
 
     /// Halves become whole again, neighbours become one range, and what has no common name keeps both.

@@ -13,8 +13,9 @@ use super::Limits;
 use super::candidates::{Model, shortlist};
 use super::exact::{Exact, choose, measure};
 use super::features::FEATURES;
-use super::fit::{REACH, fit, step};
+use super::fit::{MOST, Pull, REACH, fit, step};
 use super::part::{Part, short};
+use super::ties::TIE;
 use super::unions::{Union, unions};
 use super::worker::Worker;
 
@@ -24,9 +25,6 @@ const MOST_TRIALS: usize = 12;
 
 /// Shorter and shorter steps that a trial may take.
 const TRIES: usize = 3;
-
-/// Factorisations of a fit after a split.
-const FIT: u64 = 4;
 
 /// Groups from which several split at once, and one of how many does.
 const TOGETHER_FROM: usize = 16;
@@ -52,34 +50,38 @@ pub fn climb_one(worker: &mut Worker, limits: &Limits, progress: &Progress) -> R
     progress.check()?;
     let m = worker.parts.len();
     let model = Model::new(worker)?;
-    let found = shortlist(worker, &model, limits.seed, m)?;
+    let found = shortlist(worker, &model, m)?;
     let splits = measure(worker, &model, found)?;
     let unions = unions(worker.phi(), &worker.upper(), &model);
     let together = if m < TOGETHER_FROM { 1 } else { m / ONE_OF };
     let count = together.min(limits.groups - m);
     let (whole, phi) = (worker.parts.clone(), worker.phi().to_vec());
-    let mut best: Option<(Vec<Part>, Plan)> = None;
+    let pull = Pull::of(worker, limits.regularisation);
+    let (before, first) = (worker.error(), pull.error(worker));
+    let mut best: Option<(Vec<Part>, Plan, f64)> = None;
     let plans = (0..splits.len()).flat_map(|first| plans(&splits, &unions, &model.rest, first, count));
     for (trial, plan) in plans.take(MOST_TRIALS).enumerate() {
         if trial >= TRIALS && best.is_some() {
             break;
         }
         worker.parts.clone_from(&whole);
-        let (child, mut descent) = child(worker, &model, &phi, &splits, &plan);
+        let (child, mut descent) = child(worker, &model, &phi, &splits, &plan, &pull);
         progress.check()?;
-        // once there is one to beat, a short step of another does not
+        // once there is one to beat, it must be beaten clearly, and a short step of another does not
         let tries = if best.is_none() { TRIES } else { 1 };
-        if step(worker, &mut descent, &child, tries)? {
-            best = Some((worker.parts.clone(), plan));
+        let bar = best.as_ref().map_or(first, |(_, _, low)| (low * low - TIE * (first * first - low * low)).sqrt());
+        let prior = pull.prior(worker);
+        if let Some((tried, _)) = step(worker, &mut descent, &prior, (&child, bar), tries)? {
+            best = Some((worker.parts.clone(), plan, tried));
         }
     }
-    let Some((parts, plan)) = best else {
+    let Some((parts, plan, _)) = best else {
         worker.parts = whole;
         return Ok(None);
     };
     worker.parts = parts;
-    fit(worker, REACH, FIT, progress)?;
-    Ok(Some(words(&plan, &splits, &whole)))
+    fit(worker, &pull, REACH, MOST, progress)?;
+    Ok((worker.error() < before).then(|| words(&plan, &splits, &whole)))
 }
 
 /// The plans that begin with the split `first`, for `count` groups more: with unions, where they are worth it, and
@@ -110,8 +112,15 @@ fn plans(splits: &[Exact], unions: &[Union], rest: &[f64], first: usize, count: 
     std::iter::once(with).chain(without).collect()
 }
 
-/// Carries a plan out on the groups: where the numbers are then, and the linear model there.
-fn child(worker: &mut Worker, model: &Model, phi: &[f64], splits: &[Exact], plan: &Plan) -> (Vec<f64>, Descent) {
+/// Carries a plan out on the groups: where the numbers are then, and the linear model there, with the rows of the prior.
+fn child(
+    worker: &mut Worker,
+    model: &Model,
+    phi: &[f64],
+    splits: &[Exact],
+    plan: &Plan,
+    pull: &Pull,
+) -> (Vec<f64>, Descent) {
     let rows = model.residual.len();
     let (mut phi, mut residual) = (phi.to_vec(), model.residual.clone());
     let mut columns: Vec<Vec<f64>> = model.jacobian.chunks_exact(rows).map(<[f64]>::to_vec).collect();
@@ -140,9 +149,10 @@ fn child(worker: &mut Worker, model: &Model, phi: &[f64], splits: &[Exact], plan
         phi.remove(b);
         columns.remove(b);
     }
-    let mut descent = Descent::new(&phi, &worker.upper());
+    let mut descent = Descent::with_chart(pull.chart);
     descent.reach = REACH;
     (descent.residual, descent.jacobian) = (residual, columns.concat());
+    pull.prior(worker).append(&phi, &mut descent.residual, &mut descent.jacobian);
     (phi, descent)
 }
 

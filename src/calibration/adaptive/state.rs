@@ -1,7 +1,7 @@
-//! A network under its load cases, solved, with the common factor of its numbers at its best.
+//! A network under its load cases, solved.
 
 use crate::clock::Interrupt;
-use crate::sparse::vectors::{dot, scale, square_of_difference};
+use crate::sparse::vectors::{dot, square_of_difference};
 use crate::springs::solver::{Settings, SpringSolver};
 
 use super::part::Part;
@@ -34,10 +34,6 @@ pub struct State<'a> {
     pub solver: SpringSolver<'a>,
     /// The numbers of its groups.
     pub phi: Vec<f64>,
-    /// The numbers that `solver` was given.
-    pub asked: Vec<f64>,
-    /// K(phi) is this times the matrix that `solver` holds.
-    pub scale: f64,
     /// Displacements of all fitted cases (cases x n, m).
     pub displacement: Vec<f64>,
     /// The error over the fitted cases, percent.
@@ -50,11 +46,11 @@ impl<'a> State<'a> {
         let mut solver = SpringSolver::new(ground.operator, settings);
         solver.watch(interrupt);
         let displacement = vec![0.0; ground.fitted.forces.len()];
-        Self { solver, phi: vec![], asked: vec![], scale: 1.0, displacement, error: f64::INFINITY }
+        Self { solver, phi: vec![], displacement, error: f64::INFINITY }
     }
 
-    /// Multiplies phi by the common factor that makes the error smallest inside the bounds: K(s phi) = s K(phi).
-    pub fn fit_scale(&mut self, cases: &Cases, parts: &[Part]) {
+    /// phi times the common factor that makes the error smallest inside the bounds: K(s phi) = s K(phi).
+    pub fn scaled(&self, cases: &Cases, parts: &[Part]) -> Vec<f64> {
         let n = self.solver.unknowns();
         let (mut with_reference, mut with_itself) = (0.0, 0.0);
         let pairs = self.displacement.chunks_exact(n).zip(cases.reference.chunks_exact(n));
@@ -65,11 +61,6 @@ impl<'a> State<'a> {
         let largest = self.phi.iter().zip(parts).fold(f64::INFINITY, |s, (phi, part)| s.min(part.upper / phi));
         // displacements that point away from the reference have no best positive factor: leave them
         let best = if with_reference > 0.0 { (with_itself / with_reference).min(largest) } else { 1.0 };
-        for (phi, part) in self.phi.iter_mut().zip(parts) {
-            *phi = (*phi * best).min(part.upper);
-        }
-        scale(1.0 / best, &mut self.displacement);
-        self.scale *= best;
-        self.error = cases.error(&self.displacement);
+        self.phi.iter().zip(parts).map(|(phi, part)| (phi * best).min(part.upper)).collect()
     }
 }

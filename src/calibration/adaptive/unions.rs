@@ -17,6 +17,10 @@
 use crate::dense::dot;
 
 use super::candidates::Model;
+use super::ties::{TIE, ranked_within};
+
+/// Part of the squared error that no loss is told from nothing below.
+const NOTHING: f64 = 1e-6;
 
 /// Two groups, a before b, as one.
 #[derive(Debug, Clone, Copy)]
@@ -49,8 +53,10 @@ pub fn unions(phi: &[f64], upper: &[f64], model: &Model) -> Vec<Union> {
             }
         }
     }
-    found.sort_by(|a, b| a.loss.total_cmp(&b.loss));
-    found
+    // groups at rest at 0 lose nothing, to rounding: the first two are taken
+    let floor = NOTHING * dot(&model.residual, &model.residual);
+    let gains: Vec<f64> = found.iter().map(|union| -union.loss.max(0.0)).collect();
+    ranked_within(&gains, |best| best * (1.0 + TIE) - floor).into_iter().map(|i| found[i]).collect()
 }
 
 impl Pair {
@@ -174,7 +180,8 @@ mod tests {
         };
         let found = unions(&phi, &upper, &model);
         assert_eq!(found.len(), 15);
-        assert!(found.windows(2).all(|pair| pair[0].loss <= pair[1].loss));
+        let floor = TIE * found[14].loss + NOTHING * dot(&residual, &residual);
+        assert!(found.windows(2).all(|pair| pair[0].loss <= pair[1].loss + floor));
         for Union { groups: [a, b], number, loss } in found {
             let others: Vec<&[f64]> = (0..3).filter(|i| *i != a && *i != b).map(column).collect();
             let loss_at = |x: f64| {

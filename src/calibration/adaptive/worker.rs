@@ -15,15 +15,25 @@
 //! z^T dr/dk_s = - sum_c w_c w_s (b_s . lambda_c) (b_s . u_c)
 //! ```
 //!
-//! for all springs at once, one solve a case; with z = r it is half the gradient of the squared error. Two networks are kept, the
+//! for all springs at once, one solve a case; with z = r it is half the gradient of the squared error. The same lambda with the columns
+//! at hand gives what the residual adds to the second derivative, without a further solve ([`Curvature`]; J_b,c is column b
+//! in the rows of case c):
+//!
+//! ```text
+//! S_ab = T_ab + T_ba,    T_ab = - sum_c sum over s in a of w_s (b_s . lambda_c) (b_s . J_b,c),     lambda_c = K^-1 r_c
+//! ```
+//!
+//! Two networks are kept, the
 //! one that stands and the one that is tried, each with its factor: going back costs nothing.
 
 use std::borrow::Cow;
 
 use crate::calibration::objective::Counts;
+use crate::calibration::optimisers::descent::Curvature;
+use crate::calibration::prior::Prior;
 use crate::clock::Interrupt;
 use crate::error::{Error, Result};
-use crate::sparse::vectors::scale;
+use crate::sparse::vectors::{dot, scale};
 use crate::springs::members::Members;
 use crate::springs::solver::{Settings, SpringOperator};
 
@@ -46,6 +56,10 @@ pub struct Ground<'a> {
     pub bounds: &'a [f64],
     /// The features of all springs: [`super::features::table`].
     pub features: &'a [Vec<f64>],
+    /// How far two values of each feature are one: [`super::features::resolutions`].
+    pub resolutions: &'a [f64],
+    /// The names of the free degrees of freedom for probes: [`super::places::places`].
+    pub places: &'a [u64],
 }
 
 /// The network that stands, the one that is tried, and the groups of both.
@@ -85,18 +99,18 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// Goes where a worker stood that was left after [`Worker::settle`] with these groups: `asked` and `counts` are its.
+    /// Goes where a worker stood that was left after [`Worker::settle`] with these groups: `phi` and `counts` are its.
     ///
     /// # Errors
     /// As [`Worker::settle`].
-    pub fn stand(&mut self, asked: &[f64], counts: Counts) -> Result<()> {
-        self.go(asked)?;
+    pub fn stand(&mut self, phi: &[f64], counts: Counts) -> Result<()> {
+        self.go(phi)?;
         self.rest()?;
         self.counts = counts;
         Ok(())
     }
 
-    /// Forgets all but the groups and what was asked of them, so that what follows is a function of these alone: on a path
+    /// Forgets all but the groups and their numbers, so that what follows is a function of these alone: on a path
     /// that remembers earlier systems they are solved anew. Returns the error over the held-out cases.
     ///
     /// # Errors
@@ -104,17 +118,17 @@ impl<'a> Worker<'a> {
     pub fn settle(&mut self) -> Result<Option<f64>> {
         if self.here.solver.remembers() {
             self.collect();
-            let asked = std::mem::take(&mut self.here.asked);
+            let phi = std::mem::take(&mut self.here.phi);
             let fresh = || State::new(&self.ground, &self.settings, &self.interrupt);
             (self.here, self.there) = (fresh(), fresh());
-            self.go(&asked)?;
+            self.go(&phi)?;
         }
         self.rest()
     }
 
     /// Solves the network of these numbers and makes it the one that stands.
-    fn go(&mut self, asked: &[f64]) -> Result<()> {
-        if !self.attempt(asked)?.is_finite() {
+    fn go(&mut self, phi: &[f64]) -> Result<()> {
+        if !self.attempt(phi)?.is_finite() {
             return Err(Error::Inaccurate { backward_error: f64::NAN, limit: self.settings.tolerance });
         }
         self.accept();
@@ -140,12 +154,6 @@ impl<'a> Worker<'a> {
         &self.here.phi
     }
 
-    /// What the last [`Worker::attempt`] was given for the network that stands; [`Worker::phi`] is this times the best
-    /// common factor.
-    pub fn asked(&self) -> &[f64] {
-        &self.here.asked
-    }
-
     /// Its error over the fitted cases, percent.
     pub fn error(&self) -> f64 {
         self.here.error
@@ -163,7 +171,6 @@ impl<'a> Worker<'a> {
         let mut displacement = vec![0.0; cases.forces.len()];
         self.here.solver.solve(cases.forces, &mut displacement, self.settings.tolerance)?;
         self.counts.solves += cases.weights.len() as u64;
-        scale(1.0 / self.here.scale, &mut displacement);
         Ok(Some(cases.error(&displacement)))
     }
 
@@ -189,7 +196,18 @@ impl<'a> Worker<'a> {
         self.here.solver.unknowns()
     }
 
-    /// The error at phi, made as small as a common factor of all groups can; infinite where K is not positive definite.
+    /// A prior on the groups as they are.
+    pub fn prior(&self, strength: f64, linear_below: f64) -> Prior {
+        let springs: Vec<usize> = self.parts.iter().map(|part| part.springs.len()).collect();
+        Prior::of_sizes(strength, linear_below, &springs)
+    }
+
+    /// The network that was tried last with its numbers times their best common factor.
+    pub fn tried_scaled(&self) -> Vec<f64> {
+        self.there.scaled(&self.ground.fitted, &self.parts)
+    }
+
+    /// The error at phi; infinite where K is not positive definite.
     ///
     /// # Errors
     /// On interruption.
@@ -200,8 +218,6 @@ impl<'a> Worker<'a> {
         self.counts.evaluations += 1;
         let there = &mut self.there;
         there.phi = phi.to_vec();
-        there.asked = phi.to_vec();
-        there.scale = 1.0;
         there.error = f64::INFINITY;
         // where a path that iterates begins
         there.displacement.copy_from_slice(&self.here.displacement);
@@ -216,7 +232,7 @@ impl<'a> Worker<'a> {
             Err(other) => return Err(other),
         }
         self.counts.solves += self.ground.fitted.weights.len() as u64;
-        there.fit_scale(&self.ground.fitted, &self.parts);
+        there.error = self.ground.fitted.error(&there.displacement);
         Ok(there.error)
     }
 
@@ -265,7 +281,7 @@ impl<'a> Worker<'a> {
         self.counts.solves += (right.len() / n) as u64;
         for column in columns.chunks_exact_mut(rows) {
             for (part, w) in column.chunks_exact_mut(n).zip(self.ground.fitted.weights) {
-                scale(-w / self.here.scale, part);
+                scale(-w, part);
             }
         }
         Ok(columns)
@@ -288,12 +304,41 @@ impl<'a> Worker<'a> {
             let cases = adjoint.chunks_exact(n).zip(self.elongations.chunks_exact(springs));
             for ((lambda, elongations), w) in cases.zip(self.ground.fitted.weights) {
                 self.members.elongations(lambda, &mut stretched);
-                let factor = -w / self.here.scale;
                 for (s, (a, b)) in stretched.iter().zip(elongations).enumerate() {
-                    products[s * count + i] += factor * a * b;
+                    products[s * count + i] -= w * a * b;
                 }
             }
         }
         Ok(products)
+    }
+
+    /// What the residual adds to the second derivative, at the last [`Worker::linearise`] that gave these.
+    ///
+    /// # Errors
+    /// Where a solve is not accurate.
+    pub fn curvature(&mut self, residual: &[f64], jacobian: &[f64]) -> Result<Curvature> {
+        let (n, rows, m) = (self.unknowns(), residual.len(), self.parts.len());
+        let mut adjoint = vec![0.0; rows];
+        self.here.solver.solve(residual, &mut adjoint, self.settings.tolerance.max(COLUMN_TOLERANCE))?;
+        self.counts.solves += (rows / n) as u64;
+        let (mut second, mut gradient) = (vec![0.0; m * m], vec![0.0; m]);
+        let mut stretched = [vec![0.0; self.members.len()], vec![0.0; self.members.len()]];
+        let [of_adjoint, of_column] = &mut stretched;
+        for (case, lambda) in adjoint.chunks_exact(n).enumerate() {
+            self.members.elongations(lambda, of_adjoint);
+            for (b, column) in jacobian.chunks_exact(rows).enumerate() {
+                self.members.elongations(&column[case * n..(case + 1) * n], of_column);
+                for (a, part) in self.parts.iter().enumerate() {
+                    let product = |&s: &u32| of_adjoint[s as usize] * of_column[s as usize];
+                    let of_part: f64 = part.springs.iter().map(product).sum();
+                    second[a * m + b] -= of_part;
+                    second[b * m + a] -= of_part;
+                }
+            }
+        }
+        for (slope, column) in gradient.iter_mut().zip(jacobian.chunks_exact(rows)) {
+            *slope = dot(column, residual);
+        }
+        Ok(Curvature { second, gradient })
     }
 }

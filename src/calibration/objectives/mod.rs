@@ -7,6 +7,7 @@
 //! | [`acceleration`] (4.5) | the accelerations in the same states | linear |
 //! | [`matrix`] (3.17) | the stiffness matrices | linear |
 //! | formula | nothing is fitted: a formula of the literature gives every spring its stiffness | |
+//! | known | nothing is fitted: the scene or a file gives the stiffness | |
 //!
 //! The linear ones are least squares with bounds and solved in one step; [`linear`] shows them to any other optimiser.
 
@@ -63,6 +64,13 @@ pub const OBJECTIVES: &[Goal] = &[
         linear: false,
         optimiser: None,
         against_mechanisms: &[FIT_DISPLACEMENTS],
+    },
+    Goal {
+        name: "known",
+        doc: "nothing is fitted: a network that exists is judged; calibration.stiffness or calibration.springs gives it",
+        linear: false,
+        optimiser: None,
+        against_mechanisms: &["make springs stiffer there", "add springs"],
     },
 ];
 

@@ -6,6 +6,10 @@
 //!
 //! a convex quadratic in a box, in the coordinates x of the chart phi = c sinh(x). A phi that lies above a bound (a group of
 //! springs that has just become smaller) is brought inside by the step.
+//!
+//! Gauss-Newton leaves out what the residual itself adds to the second derivative, S_ab = sum_i r_i d2r_i/dphi_a dphi_b, and so
+//! converges linearly where a residual is left. With S ([`Curvature`]) the model is Newton's and steps converge quadratically: in x it
+//! adds (dphi_a/dx_a) S_ab (dphi_b/dx_b) + delta_ab phi_a g_a, g = J^T r, for d2phi/dx2 = phi.
 
 use crate::dense::{self, LeastSquares};
 
@@ -18,6 +22,14 @@ pub const DAMPING: f64 = 1e-2;
 /// Damping at which a start gives up.
 pub const LARGEST_DAMPING: f64 = 1e10;
 
+/// What a residual adds to the second derivative of half its square, in phi.
+pub struct Curvature {
+    /// S (m x m), symmetric.
+    pub second: Vec<f64>,
+    /// g = J^T r (m) of the rows that S is of.
+    pub gradient: Vec<f64>,
+}
+
 /// The local model and the damping of one start.
 pub struct Descent {
     /// c of the chart phi = c sinh(x).
@@ -26,6 +38,8 @@ pub struct Descent {
     pub residual: Vec<f64>,
     /// dr/dphi (rows x m, column-major); written by the caller before [`Descent::prepare`], which scales it.
     pub jacobian: Vec<f64>,
+    /// S and g; written by the caller before [`Descent::prepare`] where the step is to be Newton's.
+    pub curvature: Option<Curvature>,
     /// |J d|^2 in x; made anew at every accepted point.
     model: Option<LeastSquares>,
     /// J^T r in x.
@@ -43,16 +57,27 @@ impl Descent {
         let mut sorted: Vec<f64> = phi.iter().copied().filter(|p| *p > 0.0).collect();
         sorted.sort_by(f64::total_cmp);
         let median = sorted.get(sorted.len() / 2).copied().unwrap_or(upper[0]);
+        Self::with_chart(LINEAR_BELOW * median)
+    }
+
+    /// A model in the chart of this c.
+    pub fn with_chart(chart: f64) -> Self {
         Self {
-            chart: LINEAR_BELOW * median,
+            chart,
             residual: vec![],
             jacobian: vec![],
+            curvature: None,
             model: None,
             gradient: vec![],
             damping: DAMPING,
             growth: 2.0,
             reach: f64::INFINITY,
         }
+    }
+
+    /// c of the chart phi = c sinh(x).
+    pub fn chart(&self) -> f64 {
+        self.chart
     }
 
     /// True when the error is at the rounding of displacements (percent of the largest).
@@ -62,12 +87,19 @@ impl Descent {
 
     /// Forms the quadratic model in the coordinates of the chart.
     pub fn prepare(&mut self, phi: &[f64]) {
-        let rows = self.residual.len();
-        for (column, p) in self.jacobian.chunks_exact_mut(rows).zip(phi) {
-            let slope = (p * p + self.chart * self.chart).sqrt();
+        let (rows, m) = (self.residual.len(), phi.len());
+        let slopes: Vec<f64> = phi.iter().map(|p| (p * p + self.chart * self.chart).sqrt()).collect();
+        for (column, slope) in self.jacobian.chunks_exact_mut(rows).zip(&slopes) {
             column.iter_mut().for_each(|entry| *entry *= slope);
         }
-        let model = LeastSquares::new(&self.jacobian, rows, phi.len());
+        let model = match self.curvature.take() {
+            None => LeastSquares::new(&self.jacobian, rows, m),
+            Some(Curvature { mut second, gradient }) => {
+                second.iter_mut().enumerate().for_each(|(at, entry)| *entry *= slopes[at / m] * slopes[at % m]);
+                (0..m).for_each(|a| second[a * m + a] += phi[a] * gradient[a]);
+                LeastSquares::with_curvature(&self.jacobian, rows, m, &second)
+            }
+        };
         self.gradient = model.transposed(&self.residual);
         self.model = Some(model);
     }
@@ -92,6 +124,12 @@ impl Descent {
         }
         let moved = |i: usize| ((x[i] + d[i]).sinh() * self.chart).clamp(0.0, upper[i]);
         Some(((0..phi.len()).map(moved).collect(), predicted))
+    }
+
+    /// The largest difference of a coordinate x of two places.
+    pub fn distance(&self, from: &[f64], to: &[f64]) -> f64 {
+        let x = |phi: &f64| (phi / self.chart).asinh();
+        from.iter().zip(to).fold(0.0, |largest: f64, (a, b)| largest.max((x(a) - x(b)).abs()))
     }
 
     /// The step with as much more damping as it takes to have one; `None` when there is none however small.

@@ -5,11 +5,12 @@
 //! $Elements   count, then   tag type tags t1 t2 ... nodes        t1 is the physical group, 0 for none
 //! ```
 //!
-//! The counts are text also in a binary file. There the elements come in blocks with one head, type count tags.
+//! An element in several physical groups stands there once a group, each time with another tag: it is one cell, in all of
+//! their sets. The counts are text also in a binary file. There the elements come in blocks with one head, type count tags.
 
 use super::gmsh::Reader;
 use super::gmsh_kinds::{FileCell, file_cell};
-use super::raw::Raw;
+use super::raw::{Group, Raw};
 use super::source::{Encoding, Source};
 use crate::error::Result;
 
@@ -45,7 +46,7 @@ pub(super) fn nodes(raw: &mut Raw, source: &mut Source) -> Result<()> {
 /// `$Elements`.
 pub(super) fn elements(reader: &mut Reader, source: &mut Source) -> Result<()> {
     let count = count(source, "the number of elements")?;
-    let mut last = (0, 0);
+    let mut elements = Elements::default();
     let mut read = 0;
     while read < count {
         if source.is_text() {
@@ -63,15 +64,25 @@ pub(super) fn elements(reader: &mut Reader, source: &mut Source) -> Result<()> {
             reader.raw.reserve(kind, source.room(count, 6 + 2 * kind.corners()));
         }
         for _ in 0..block {
-            element(reader, kind, tags, &mut last, source)?;
+            element(reader, kind, tags, &mut elements, source)?;
         }
         read += block;
     }
+    reader.raw.cells.iter_mut().zip(&elements.groups).for_each(|(cells, groups)| cells.unite(groups));
     Ok(())
 }
 
-/// One element behind its head: `tags` tags and its nodes. `last` is the group of the one before.
-fn element(reader: &mut Reader, kind: FileCell, tags: i32, last: &mut (i32, i32), source: &mut Source) -> Result<()> {
+/// What is kept of the elements that were read.
+#[derive(Debug, Default)]
+struct Elements {
+    /// Dimension and group of the last one.
+    last: Group,
+    /// The group of every cell, as in [`Raw::cells`].
+    groups: [Vec<i32>; 2],
+}
+
+/// One element behind its head: `tags` tags and its nodes.
+fn element(reader: &mut Reader, kind: FileCell, tags: i32, so_far: &mut Elements, source: &mut Source) -> Result<()> {
     if !source.is_text() {
         source.tag("the number of an element")?;
     }
@@ -82,9 +93,11 @@ fn element(reader: &mut Reader, kind: FileCell, tags: i32, last: &mut (i32, i32)
             group.1 = tag.saturating_abs();
         }
     }
-    if group != *last {
-        *last = group;
+    if std::mem::replace(&mut so_far.last, group) != group {
         reader.run += 1;
+    }
+    if let FileCell::Cell(kind) = kind {
+        so_far.groups[kind.dimension() - 2].push(group.1);
     }
     let groups = [group];
     reader.cell(kind, if group.1 == 0 { &[] } else { &groups }, source)

@@ -89,6 +89,53 @@ pub(super) struct Cells {
     pub(super) lines: Vec<u32>,
 }
 
+/// Corners of a cell, at most.
+const CORNERS: usize = 8;
+
+impl Cells {
+    /// Makes cells with the same corners one cell, the first of them, where they are in different groups (one number a cell,
+    /// in the order of the cells): a format with one group a cell repeats those in several. Others stay, to be refused.
+    pub(super) fn unite(&mut self, groups: &[i32]) {
+        if groups.windows(2).all(|pair| pair[0] == pair[1]) {
+            return;
+        }
+        let mut named: Vec<([u32; CORNERS], i32, u32)> = Vec::with_capacity(groups.len());
+        let mut start = 0;
+        for (cell, (kind, &group)) in self.kinds.iter().zip(groups).enumerate() {
+            let mut corners = [u32::MAX; CORNERS];
+            corners[..kind.corners()].copy_from_slice(&self.corners[start..][..kind.corners()]);
+            corners.sort_unstable();
+            named.push((corners, group, cell as u32));
+            start += kind.corners();
+        }
+        named.sort_unstable();
+        let mut kept = vec![true; groups.len()];
+        for same in named.chunk_by(|a, b| a.0 == b.0) {
+            if same.windows(2).all(|pair| pair[0].1 != pair[1].1) {
+                let first = same.iter().map(|cell| cell.2).min();
+                same.iter().for_each(|cell| kept[cell.2 as usize] = Some(cell.2) == first);
+            }
+        }
+        self.retain(&kept);
+    }
+
+    /// Keeps only some cells.
+    fn retain(&mut self, kept: &[bool]) {
+        let of_corners =
+            self.kinds.iter().zip(kept).flat_map(|(kind, &kept)| std::iter::repeat_n(kept, kind.corners()));
+        let mut of_corners = of_corners.collect::<Vec<_>>().into_iter();
+        self.corners.retain(|_| of_corners.next() == Some(true));
+        for_kept(&mut self.kinds, kept);
+        for_kept(&mut self.lines, kept);
+    }
+}
+
+/// Keeps only some items.
+fn for_kept<T>(items: &mut Vec<T>, kept: &[bool]) {
+    let mut kept = kept.iter();
+    items.retain(|_| kept.next() == Some(&true));
+}
+
 /// A group of the file: its dimension, [`MARKER`] where it has none, and its number.
 pub(super) type Group = (i32, i32);
 

@@ -2,7 +2,7 @@
 //!
 //! In this order: the cells of the highest dimension; corners that are different; coordinates in the plane for flat
 //! meshes; cells turned to a positive measure, none without one; faces shared by two cells at most; nodes of no cell left out;
-//! then the warnings about folds, nodes on top of each other and flat corners.
+//! then the warnings about folds and flat corners.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -206,14 +206,6 @@ fn check_faces(mesh: &Mesh, lines: &[u32], nodes: &Nodes, warnings: &mut Vec<Str
 
 /// Warnings about what is legal but seldom meant.
 fn look_at(mesh: &Mesh, warnings: &mut Vec<String>) {
-    let coincident = mesh.coincident_nodes();
-    if let Some((a, b)) = coincident.first() {
-        let at = mesh.positions()[*a as usize];
-        warnings.push(format!(
-            "{} nodes lie on another one, so the body is cut there unless they are merged: first nodes {a} and {b} (from 0) at {at:?}",
-            coincident.len()
-        ));
-    }
     let Some(quality) = quality(mesh) else { return };
     if let Some(first) = quality.inverted.first() {
         let kind = match mesh.kind(*first as usize) {

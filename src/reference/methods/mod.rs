@@ -6,6 +6,7 @@
 //! | [`elements`] | finite elements on the cells of a mesh |
 //! | [`cell_rules`] | their shape functions and Gauss points |
 //! | [`smoothed`] | smoothed finite elements on triangles and tetrahedra |
+//! | [`losses`] | how far each locks near nu = 1/2, measured |
 //! | [`t10`] | quadratic tetrahedra, to measure the others against |
 //!
 //! A method is a line of [`METHODS`]. One more is a file that fills integration points, and a line here: the scene, the
@@ -13,6 +14,7 @@
 
 pub mod cell_rules;
 pub mod elements;
+pub mod losses;
 pub mod nurbs;
 pub mod smoothed;
 pub mod t10;
@@ -20,6 +22,7 @@ pub mod t10;
 use crate::error::{Error, Result};
 use crate::geometry::mesh::{CellKind, Mesh};
 use crate::geometry::patch::Patch;
+use crate::reference::methods::losses::Losses;
 use crate::reference::methods::smoothed::{Domains, Smoothing};
 use crate::reference::points::IntegrationPoints;
 
@@ -34,6 +37,8 @@ pub struct Method {
     pub body: MethodBody,
     /// Its domains, where it can turn and bend far ([`crate::reference::corotational`]).
     pub domains: Option<MeshDomains>,
+    /// What it loses near nu = 1/2.
+    pub losses: Losses,
 }
 
 /// Fills the points of a patch; Gauss points beyond degree + 1, and the thickness in m (looked at in two dimensions only).
@@ -69,72 +74,84 @@ pub const METHODS: &[Method] = &[
         doc: "isogeometric: the NURBS of the body carry the displacement",
         body: MethodBody::Patch(nurbs::integration_points),
         domains: None,
+        losses: Losses::Degrees([&losses::PLANE_SPLINES, &losses::SOLID_SPLINES]),
     },
     Method {
         name: "t3",
         doc: "triangles with linear displacement, 1 Gauss point",
         body: MethodBody::Mesh { cells: &[CellKind::Triangle], points: elements::integration_points },
         domains: Some(|mesh, thickness| smoothed::domains(mesh, Smoothing::Element, thickness)),
+        losses: Losses::Cells(&[losses::T3]),
     },
     Method {
         name: "t4",
         doc: "tetrahedra with linear displacement, 1 Gauss point",
         body: MethodBody::Mesh { cells: &[CellKind::Tetrahedron], points: elements::integration_points },
         domains: Some(|mesh, thickness| smoothed::domains(mesh, Smoothing::Element, thickness)),
+        losses: Losses::Cells(&[losses::T4]),
     },
     Method {
         name: "q4",
         doc: "bilinear quadrilaterals, 2 x 2 Gauss points",
         body: MethodBody::Mesh { cells: QUADRILATERALS, points: elements::integration_points },
         domains: None,
+        losses: Losses::Cells(&[losses::Q4, losses::T3]),
     },
     Method {
         name: "b8",
         doc: "trilinear hexahedra, 2 x 2 x 2 Gauss points",
         body: MethodBody::Mesh { cells: HEXAHEDRA, points: elements::integration_points },
         domains: None,
+        losses: Losses::Cells(&[losses::B8, losses::T4]),
     },
     Method {
         name: "q4_bbar",
         doc: "q4 with the change of volume averaged over the element, against locking (B-bar)",
         body: MethodBody::Mesh { cells: QUADRILATERALS, points: elements::with_mean_dilatation },
         domains: None,
+        losses: Losses::Cells(&[losses::Q4_BBAR, losses::T3]),
     },
     Method {
         name: "b8_bbar",
         doc: "b8 with the change of volume averaged over the element, against locking (B-bar)",
         body: MethodBody::Mesh { cells: HEXAHEDRA, points: elements::with_mean_dilatation },
         domains: None,
+        losses: Losses::Cells(&[losses::B8_BBAR, losses::T4]),
     },
     Method {
         name: "smoothed_face",
         doc: "tetrahedra with the strain averaged over faces (FS-FEM): softer than t4, hardly more expensive",
         body: MethodBody::Mesh { cells: &[CellKind::Tetrahedron], points: smoothed::face_points },
         domains: Some(|mesh, thickness| smoothed::domains(mesh, Smoothing::Face, thickness)),
+        losses: Losses::Cells(&[losses::SMOOTHED_FACE]),
     },
     Method {
         name: "smoothed_edge",
         doc: "tetrahedra with the strain averaged over edges (ES-FEM): nearest to quadratic tetrahedra on coarse meshes",
         body: MethodBody::Mesh { cells: &[CellKind::Tetrahedron], points: smoothed::edge_points },
         domains: Some(|mesh, thickness| smoothed::domains(mesh, Smoothing::Edge, thickness)),
+        losses: Losses::Cells(&[losses::SMOOTHED_EDGE]),
     },
     Method {
         name: "smoothed_node",
         doc: "tetrahedra with the strain averaged over nodes (NS-FEM): softer than the body, for statics",
         body: MethodBody::Mesh { cells: &[CellKind::Tetrahedron], points: smoothed::node_points },
         domains: Some(|mesh, thickness| smoothed::domains(mesh, Smoothing::Node, thickness)),
+        losses: Losses::Cells(&[losses::SMOOTHED_NODE]),
     },
     Method {
         name: "smoothed_selective",
         doc: "tetrahedra with shear averaged over faces and volume change over nodes, against locking",
         body: MethodBody::Mesh { cells: &[CellKind::Tetrahedron], points: smoothed::selective_points },
         domains: Some(|mesh, thickness| smoothed::selective(mesh, Smoothing::Face, Smoothing::Node, thickness)),
+        losses: Losses::Cells(&[losses::SMOOTHED_SELECTIVE]),
     },
     Method {
         name: "smoothed_triangle",
         doc: "triangles with the strain averaged over edges (ES-FEM)",
         body: MethodBody::Mesh { cells: &[CellKind::Triangle], points: smoothed::edge_points },
         domains: Some(|mesh, thickness| smoothed::domains(mesh, Smoothing::Edge, thickness)),
+        losses: Losses::Cells(&[losses::SMOOTHED_TRIANGLE]),
     },
 ];
 

@@ -82,7 +82,7 @@ pub fn selective(mesh: &Mesh, shear: Smoothing, volume: Smoothing, thickness: f6
 /// # Errors
 /// As [`domains`].
 pub fn face_points(mesh: &Mesh, thickness: f64) -> Result<IntegrationPoints<'_>> {
-    Ok(domains(mesh, Smoothing::Face, thickness)?.into_points())
+    domains(mesh, Smoothing::Face, thickness)?.into_points(mesh)
 }
 
 /// Edge smoothing of a mesh, for the table of methods; as [`domains`].
@@ -90,7 +90,7 @@ pub fn face_points(mesh: &Mesh, thickness: f64) -> Result<IntegrationPoints<'_>>
 /// # Errors
 /// As [`domains`].
 pub fn edge_points(mesh: &Mesh, thickness: f64) -> Result<IntegrationPoints<'_>> {
-    Ok(domains(mesh, Smoothing::Edge, thickness)?.into_points())
+    domains(mesh, Smoothing::Edge, thickness)?.into_points(mesh)
 }
 
 /// Node smoothing of a mesh, for the table of methods; as [`domains`].
@@ -98,7 +98,7 @@ pub fn edge_points(mesh: &Mesh, thickness: f64) -> Result<IntegrationPoints<'_>>
 /// # Errors
 /// As [`domains`].
 pub fn node_points(mesh: &Mesh, thickness: f64) -> Result<IntegrationPoints<'_>> {
-    Ok(domains(mesh, Smoothing::Node, thickness)?.into_points())
+    domains(mesh, Smoothing::Node, thickness)?.into_points(mesh)
 }
 
 /// Shear over faces, volume change over nodes, for the table of methods; as [`selective`].
@@ -106,5 +106,5 @@ pub fn node_points(mesh: &Mesh, thickness: f64) -> Result<IntegrationPoints<'_>>
 /// # Errors
 /// As [`domains`].
 pub fn selective_points(mesh: &Mesh, thickness: f64) -> Result<IntegrationPoints<'_>> {
-    Ok(selective(mesh, Smoothing::Face, Smoothing::Node, thickness)?.into_points())
+    selective(mesh, Smoothing::Face, Smoothing::Node, thickness)?.into_points(mesh)
 }

@@ -12,6 +12,7 @@ use nalgebra_sparse::na::{DMatrix, SymmetricEigen};
 
 use crate::error::direction_name;
 use crate::geometry::dofs::{DofMap, FIXED};
+use crate::readable::short;
 
 /// A motion whose held components stay below this share of its size (squared) counts as free.
 const FREE: f64 = 1e-14;
@@ -118,7 +119,7 @@ impl RigidMotions {
             // what is rounding of the extent is zero
             if place.abs() < 1e-9 * self.radius { 0.0 } else { place }
         });
-        let places: Vec<String> = through[..self.dimension].iter().map(|x| format!("{x:.4}")).collect();
+        let places: Vec<String> = through[..self.dimension].iter().map(|x| short(*x)).collect();
         format!("it can turn about {} through ({}) m", direction_name(turn), places.join(", "))
     }
 }

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::readable::significant;
+
 use super::calibrate;
 use super::growth;
 use super::machine::Machine;
@@ -119,12 +121,12 @@ pub fn calibrate(rows: &[calibrate::Row]) -> String {
     for row in rows {
         let _ = writeln!(
             text,
-            "{:<24} {:>6} {:>10.5} {:>10.3} {:>14} {:>12} {:>16} {:>8}  {}",
+            "{:<24} {:>6} {:>10} {:>10} {:>14} {:>12} {:>16} {:>8}  {}",
             row.variant,
             row.groups,
-            row.e_rms,
-            row.seconds,
-            row.seconds_to_best.map_or("-".into(), |seconds| format!("{seconds:.3}")),
+            significant(row.e_rms, 6),
+            significant(row.seconds, 3),
+            row.seconds_to_best.map_or("-".into(), |seconds| significant(seconds, 3)),
             row.evaluations,
             row.refactorisations,
             row.solves,

@@ -12,6 +12,8 @@ use serde::Serialize;
 use crate::calibration::errors::Errors;
 use crate::clock::{Progress, Stopwatch};
 use crate::error::Result;
+use crate::readable::significant;
+use crate::report::reproduce::words;
 use crate::report::thesis::{Experiment, TABLES};
 use crate::scene::{self, Source};
 use crate::study;
@@ -124,15 +126,11 @@ fn note(experiment: &Experiment, ours: &[Ours]) -> String {
     if let Some(theirs) = experiment.groups.filter(|theirs| *theirs != groups) {
         notes.push(format!("gamma {} gives {groups} groups by (4.11-4.13), {theirs} printed", experiment.gamma));
     }
-    let best = ours.iter().map(|o| o.gauss_newton[0]).fold(f64::INFINITY, f64::min);
-    let theirs = experiment.errors[0];
-    if best < 0.9 * theirs {
-        notes.push("a better fit exists than theirs: an annealing that stopped early, or other supports".to_owned());
-    } else if best > 1.1 * theirs {
-        notes.push(
-            "theirs is below the best fit under our supports: theirs are lost, so the problem is another".to_owned(),
-        );
-    }
+    let names: Vec<String> = ours.iter().map(|o| format!("weighting {}", o.weighting)).collect();
+    let of = |error: fn(&Ours) -> f64| -> Vec<words::Named> {
+        names.iter().zip(ours).map(|(name, o)| (&name[..], error(o))).collect()
+    };
+    notes.push(words::displacement(experiment.errors[0], &of(|o| o.gauss_newton[0]), &of(|o| o.annealing[0])));
     notes.join("; ")
 }
 
@@ -179,14 +177,14 @@ fn theirs(experiment: &Experiment, shown: bool) -> String {
     let points: Vec<String> = experiment.control_points.iter().map(usize::to_string).collect();
     let degree = if experiment.linear { " p=1" } else { "" };
     let groups = experiment.groups.map_or("-".into(), |groups| groups.to_string());
-    let range = experiment.stiffness_range.map_or("-".into(), |[low, high]| format!("{low:.1}..{high:.1}"));
+    let range = experiment.stiffness_range.map_or("-".into(), |[low, high]| format!("{low}..{high}"));
     let [rms, max] = experiment.errors;
     let name = format!("{} {}{degree}", experiment.body, points.join("x"));
     format!("{name:<22} {:>6} | {groups:>6} {:>15} {range:>20} |", experiment.gamma, format!("{rms}/{max}"))
 }
 
 fn our_cells(ours: &Ours) -> String {
-    let pair = |[rms, max]: [f64; 2]| format!("{rms:.3}/{max:.3}");
+    let pair = |errors: [f64; 2]| errors.map(|error| significant(error, 4)).join("/");
     let [low, high] = ours.stiffness_range;
     format!(
         "{:<8} {:>6} {:>17} {:>5} {:>17} {:>6} {:>23}",
@@ -196,6 +194,6 @@ fn our_cells(ours: &Ours) -> String {
         ours.refactorisations,
         pair(ours.annealing),
         ours.evaluations,
-        format!("{low:.1}..{high:.1}")
+        format!("{}..{}", significant(low, 5), significant(high, 5))
     )
 }

@@ -6,12 +6,14 @@ use serde::Serialize;
 
 use crate::clock::Progress;
 use crate::error::{Error, Result};
+use crate::readable::significant;
 use crate::scene::{self, Source};
 use crate::study;
 
-use super::chapter4::{APPROACHES, BODIES, Body, Kind, MATERIALS, RELEASE, SPLINES, Spline};
+use super::chapter4::{APPROACHES, Approach, BODIES, Body, Kind, MATERIALS, RELEASE, SPLINES};
 use super::meshes;
 use super::release::{self, TRUTH};
+use super::words;
 
 /// The tables and experiments of this file: number and title.
 pub const TABLES: &[(&str, &str)] = &[
@@ -22,6 +24,9 @@ pub const TABLES: &[(&str, &str)] = &[
     ("4.IV", "experiment IV: irregular membranes, groups by length"),
     ("5.6", "displacement against matrix approach under splines of degree two"),
 ];
+
+/// Both ways to count springs that cells share.
+const WEIGHTINGS: [&str; 2] = ["springs", "cells"];
 
 /// One calibration beside what the thesis prints.
 #[derive(Debug, Clone, Serialize)]
@@ -67,18 +72,23 @@ pub(super) struct Found {
     pub stiffness: Vec<(String, f64)>,
     /// Percent of K_ref where no spring is.
     outside: Option<f64>,
+    /// Work of the load on the network over that on the body.
+    compliance: f64,
 }
 
 /// Runs a scene.
 pub(super) fn calibrate(name: &str, text: String, progress: &Progress) -> Result<Found> {
     let source = Source { name: name.to_owned(), text };
     let scene = scene::parse(&source).map_err(|located| located.error)?;
-    let found = study::run(&scene, progress)?.calibration;
+    let study = study::run(&scene, progress)?;
+    let found = &study.calibration;
+    let work = |u: &[f64]| study.loads[0].load.forces.iter().zip(u).map(|(f, u)| f * u).sum::<f64>();
     let names = found.grouping.groups.iter().map(|group| group.name.clone());
     Ok(Found {
         errors: [found.fitted.e_rms, found.fitted.e_max],
         stiffness: names.zip(found.phi.iter().copied()).collect(),
         outside: found.matrices.map(|matrices| matrices.outside_pattern),
+        compliance: work(&found.displacements[0]) / work(&study.reference.cases[0].displacement),
     })
 }
 
@@ -86,7 +96,8 @@ pub(super) fn calibrate(name: &str, text: String, progress: &Progress) -> Result
 fn experiment_i() -> Result<Vec<Row>> {
     let one = |n: usize| -> Result<Row> {
         let phi = release::recover(n, &|[i, ..]| i == 0, &|[x, _, _]| [0.1 * x, 0.0, 0.0])?;
-        let wrong = phi.iter().zip(TRUTH).map(|(phi, truth)| (phi / truth - 1.0).abs()).fold(0.0, f64::max);
+        let wrong =
+            |phi: &[f64]| phi.iter().zip(TRUTH).map(|(phi, truth)| (phi / truth - 1.0).abs()).fold(0.0, f64::max);
         Ok(Row {
             table: "4.I",
             body: format!("membrane {n}x{n} of springs"),
@@ -95,11 +106,8 @@ fn experiment_i() -> Result<Vec<Row>> {
             their_stiffness: RELEASE.0.to_vec(),
             // what is measured is the stiffness, in the note: no static load is given
             ours: None,
+            note: words::recovery(wrong(&phi), wrong(&RELEASE.0)),
             stiffness: ["edge", "face_diagonal"].map(str::to_owned).into_iter().zip(phi).collect(),
-            note: format!(
-                "the problem is linear and (500, 400) solves it exactly: ours is off by {wrong:.0e}; theirs is where an \
-                 annealing stopped"
-            ),
         })
     };
     [9, 5].map(one).into_iter().collect()
@@ -113,89 +121,102 @@ fn bodies(
 ) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for body in bodies {
+        let mut of_body = Vec::new();
         for approach in APPROACHES.iter().filter(|approach| wanted(approach.kind)) {
             progress.check()?;
-            let (found, refusal) = match calibrate(body.name, body.scene(approach), progress) {
-                Ok(found) => (Some(found), None),
-                Err(Error::Interrupted) => return Err(Error::Interrupted),
-                Err(error) => (None, Some(format!("no answer: {error}"))),
-            };
-            let (theirs, their_stiffness) = match approach.kind {
-                Kind::Matrix => (body.matrix, vec![]),
-                Kind::Acceleration => (body.acceleration, body.stiffness.to_vec()),
-                Kind::Displacement => (None, vec![]),
-            };
-            rows.push(Row {
-                table,
-                body: body.name.into(),
-                approach: approach.name.into(),
-                note: refusal.unwrap_or_else(|| note(approach.kind, theirs, found.as_ref())),
-                theirs,
-                their_stiffness,
-                ours: found.as_ref().map(|found| found.errors),
-                stiffness: found.map_or(vec![], |found| found.stiffness),
-            });
+            of_body.push((approach.kind, row_of(table, body, approach, progress)?));
         }
+        explain(&mut of_body);
+        rows.extend(of_body.into_iter().map(|(_, row)| row));
     }
     Ok(rows)
 }
 
-/// Why ours and theirs differ.
-fn note(kind: Kind, theirs: Option<[f64; 2]>, found: Option<&Found>) -> String {
-    let (Some(theirs), Some(found)) = (theirs, found) else { return String::new() };
-    let apart = (found.errors[0] / theirs[0] - 1.0).abs();
-    match kind {
-        _ if apart <= 0.005 => String::new(),
-        Kind::Matrix => {
-            "linear and solved exactly, so the answer differs by its boundary: their support is lost".into()
+/// One approach to a body; without an answer where its problem has none.
+fn row_of(table: &'static str, body: &Body, approach: &Approach, progress: &Progress) -> Result<Row> {
+    let (found, refusal) = answer(calibrate(body.name, body.scene(approach), progress))?;
+    let (theirs, their_stiffness) = match approach.kind {
+        Kind::Matrix => (body.matrix, vec![]),
+        Kind::Acceleration => (body.acceleration, body.stiffness.to_vec()),
+        Kind::Displacement => (None, vec![]),
+    };
+    Ok(Row {
+        table,
+        body: body.name.into(),
+        approach: approach.name.into(),
+        note: refusal,
+        theirs,
+        their_stiffness,
+        ours: found.as_ref().map(|found| found.errors),
+        stiffness: found.map_or(vec![], |found| found.stiffness),
+    })
+}
+
+/// What was found, or the words of a problem that has no answer.
+pub(super) fn answer(outcome: Result<Found>) -> Result<(Option<Found>, String)> {
+    match outcome {
+        Ok(found) => Ok((Some(found), String::new())),
+        Err(Error::Interrupted) => Err(Error::Interrupted),
+        Err(error) => Ok((None, format!("no answer: {error}"))),
+    }
+}
+
+/// The rows' e_rms by their approach.
+pub(super) fn named<'a>(rows: &[&'a Row]) -> Vec<words::Named<'a>> {
+    rows.iter().filter_map(|row| Some((&row.approach[..], row.ours?[0]))).collect()
+}
+
+/// A word behind the last row of each kind that stands beside a printed error.
+fn explain(rows: &mut [(Kind, Row)]) {
+    for (kind, lost) in [(Kind::Matrix, "support and load"), (Kind::Acceleration, "support, load and initial state")] {
+        let of_kind: Vec<&Row> = rows.iter().filter(|(k, _)| *k == kind).map(|(_, row)| row).collect();
+        let Some(theirs) = of_kind.first().and_then(|row| row.theirs) else { continue };
+        let words = words::linear(theirs[0], &named(&of_kind), lost);
+        if let Some((_, last)) = rows.iter_mut().rev().find(|(k, row)| *k == kind && row.ours.is_some()) {
+            last.note = words;
         }
-        _ => "the answer depends on the initial state and the support, and theirs are lost; theirs is annealed too"
-            .into(),
     }
 }
 
 fn splines(table: &'static str, progress: &Progress) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for spline in SPLINES {
-        for (objective, theirs) in [("displacement", spline.displacement), ("matrix", spline.matrix)] {
-            for weighting in ["springs", "cells"] {
-                progress.check()?;
-                rows.push(row_of(table, spline, objective, theirs, weighting, progress)?);
-            }
+        let fitted = |objective: &str| {
+            WEIGHTINGS.map(|weighting| calibrate(spline.shape, spline.scene(weighting, objective), progress))
+        };
+        let row = |objective: &str, theirs: [f64; 2], weighting: &str, found: &Found| Row {
+            table,
+            body: spline.shape.into(),
+            approach: format!("{objective}, weighting {weighting}"),
+            theirs: Some(theirs),
+            their_stiffness: vec![],
+            ours: Some(found.errors),
+            stiffness: found.stiffness.clone(),
+            note: String::new(),
+        };
+        let displacement: Vec<Found> = fitted("displacement").into_iter().collect::<Result<_>>()?;
+        let matrix: Vec<Found> = fitted("matrix").into_iter().collect::<Result<_>>()?;
+        let first = rows.len();
+        let of = |found| WEIGHTINGS.iter().zip(found);
+        rows.extend(
+            of(&displacement).map(|(weighting, found)| row("displacement", spline.displacement, weighting, found)),
+        );
+        let theirs = [spline.displacement[0], spline.matrix[0]];
+        let note = words::displacement(theirs[0], &named(&rows[first..].iter().collect::<Vec<_>>()), &[]);
+        if let Some(last) = rows.last_mut() {
+            last.note = note;
         }
+        rows.extend(of(&matrix).zip(&displacement).map(|((weighting, found), other)| Row {
+            note: words::splines(
+                theirs,
+                [other.errors[0], found.errors[0]],
+                found.compliance,
+                found.outside.unwrap_or_default(),
+            ),
+            ..row("matrix", spline.matrix, weighting, found)
+        }));
     }
     Ok(rows)
-}
-
-fn row_of(
-    table: &'static str,
-    spline: &Spline,
-    objective: &str,
-    theirs: [f64; 2],
-    weighting: &str,
-    progress: &Progress,
-) -> Result<Row> {
-    let found = calibrate(spline.shape, spline.scene(weighting, objective), progress)?;
-    let note = match found.outside {
-        Some(outside) => format!(
-            "{outside:.0} % of K_ref (Frobenius) couples control points that no spring joins, and no fit of the matrices sees \
-             it: as in theirs the approach fails under splines; by how much depends on the support, and theirs is lost"
-        ),
-        None if found.errors[0] > 1.1 * theirs[0] => {
-            "theirs is below the best fit under our supports: theirs are lost, so the problem is another".to_owned()
-        }
-        None => String::new(),
-    };
-    Ok(Row {
-        table,
-        body: spline.shape.into(),
-        approach: format!("{objective}, weighting {weighting}"),
-        theirs: Some(theirs),
-        their_stiffness: vec![],
-        ours: Some(found.errors),
-        stiffness: found.stiffness,
-        note,
-    })
 }
 
 /// The rows as a table for people.
@@ -213,13 +234,14 @@ pub fn text(rows: &[Row]) -> String {
             let _ = writeln!(text, "{}", row.body);
             body = &row.body;
         }
-        let pair = |errors: Option<[f64; 2]>| errors.map_or("-".to_owned(), |[rms, max]| format!("{rms:.2}/{max:.2}"));
+        let printed = row.theirs.map_or("-".to_owned(), |[rms, max]| format!("{rms}/{max}"));
+        let ours = row.ours.map(|errors| errors.map(|error| significant(error, 4)).join("/"));
         let _ = writeln!(
             text,
             "  {:<34} {:>17} {:>17}  {}",
             row.approach,
-            pair(row.theirs),
-            pair(row.ours),
+            printed,
+            ours.as_deref().unwrap_or("-"),
             stiffness(row)
         );
         if !row.note.is_empty() {
@@ -235,11 +257,11 @@ fn stiffness(row: &Row) -> String {
     if row.stiffness.len() > SHOWN {
         let numbers = row.stiffness.iter().map(|(_, k)| *k);
         let (low, high) = (numbers.clone().fold(f64::INFINITY, f64::min), numbers.fold(0.0, f64::max));
-        return format!("{} groups, {low:.0}..{high:.0}", row.stiffness.len());
+        return format!("{} groups, {}..{}", row.stiffness.len(), significant(low, 4), significant(high, 4));
     }
     let group = |(i, (name, ours)): (usize, &(String, f64))| match row.their_stiffness.get(i) {
-        Some(theirs) => format!("{name} {ours:.1} ({theirs})"),
-        None => format!("{name} {ours:.1}"),
+        Some(theirs) => format!("{name} {} ({theirs})", significant(*ours, 5)),
+        None => format!("{name} {}", significant(*ours, 5)),
     };
     row.stiffness.iter().enumerate().map(group).collect::<Vec<_>>().join(", ")
 }

@@ -9,7 +9,8 @@ use std::{env, fs, process};
 
 use crate::clock::Progress;
 use crate::error::{Error, Result};
-use crate::report::reproduce::linear::{Found, Row, calibrate};
+use crate::report::reproduce::linear::{Found, Row, answer, calibrate, named};
+use crate::report::reproduce::words;
 use crate::scene::{self, Source};
 use crate::study::plan;
 
@@ -20,7 +21,8 @@ struct Membrane {
     /// Lines of `[support]`: the lowest nodes, as in our other experiments of the chapter. With the whole rim of the circle
     /// held, a uniform stretch would pull no free node.
     support: &'static str,
-    groups: usize,
+    /// Nodes, springs (table 4.1) and groups that the thesis prints.
+    sizes: [usize; 3],
     theirs: [f64; 2],
 }
 
@@ -29,14 +31,14 @@ const MEMBRANES: &[Membrane] = &[
         name: "irregular square",
         mesh: include_bytes!("../../../data/meshes/irregular_square.msh"),
         support: "sets = [\"bottom\"]",
-        groups: 6,
+        sizes: [101, 328, 6],
         theirs: [2.42, 8.77],
     },
     Membrane {
         name: "circle",
         mesh: include_bytes!("../../../data/meshes/circle_membrane.msh"),
         support: "box = { min = [-1.0, -1.0], max = [1.0, -0.8] }",
-        groups: 24,
+        sizes: [89, 316, 24],
         theirs: [12.706, 22.49],
     },
 ];
@@ -82,31 +84,35 @@ pub fn run(table: &'static str, progress: &Progress) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for membrane in MEMBRANES {
         let file = MeshOnDisk::new(membrane)?;
-        let (gamma, groups) = nearest_gamma(membrane, &file.0)?;
+        let (gamma, sizes) = nearest_gamma(membrane, &file.0)?;
+        let first = rows.len();
         for &(approach, lines) in APPROACHES {
             progress.check()?;
             let text = format!("{}gamma = {gamma:?}\n{lines}", scene_text(membrane, &file.0));
-            let (found, refusal) = match calibrate(membrane.name, text, progress) {
-                Ok(found) => (Some(found), None),
-                Err(Error::Interrupted) => return Err(Error::Interrupted),
-                Err(error) => (None, Some(format!("no answer: {error}"))),
-            };
+            let (found, refusal) = answer(calibrate(membrane.name, text, progress))?;
             rows.push(Row {
                 table,
                 body: membrane.name.into(),
-                approach: format!("{approach}, {groups} groups"),
+                approach: format!("{approach}, {} groups", sizes[2]),
                 theirs: approach.starts_with("acceleration").then_some(membrane.theirs),
                 their_stiffness: vec![],
                 ours: found.as_ref().map(|found| found.errors),
                 stiffness: found.map_or(vec![], |Found { stiffness, .. }| stiffness),
-                note: refusal.unwrap_or_else(|| {
-                    "the mesh, the support and the initial state of the thesis are lost; ours has its numbers of nodes and springs"
-                        .into()
-                }),
+                note: refusal,
             });
         }
+        explain(membrane, sizes, &mut rows[first..]);
     }
     Ok(rows)
+}
+
+/// A word behind the last row that stands beside the printed error.
+fn explain(membrane: &Membrane, sizes: [usize; 3], rows: &mut [Row]) {
+    let beside: Vec<&Row> = rows.iter().filter(|row| row.theirs.is_some()).collect();
+    let placed = words::linear(membrane.theirs[0], &named(&beside), "support, load and initial state");
+    if let Some(last) = rows.iter_mut().rev().find(|row| row.theirs.is_some() && row.ours.is_some()) {
+        last.note = format!("{}; {placed}", words::mesh(membrane.sizes, sizes));
+    }
 }
 
 /// The scene up to the gamma of its calibration.
@@ -121,15 +127,17 @@ fn scene_text(membrane: &Membrane, path: &Path) -> String {
     )
 }
 
-/// The gamma, of two decimals and three below 0.02, whose number of groups is nearest to the printed one; and that number.
-fn nearest_gamma(membrane: &Membrane, path: &Path) -> Result<(f64, usize)> {
+/// The gamma, of two decimals and three below 0.02, whose number of groups is nearest to the printed one; and the numbers of
+/// nodes, springs and groups.
+fn nearest_gamma(membrane: &Membrane, path: &Path) -> Result<(f64, [usize; 3])> {
     let mut rows = Vec::new();
     for sweep in ["{ start = 0.8, step = 0.01 }", "{ start = 0.019, step = 0.001 }"] {
         let text = format!("{}gamma = {sweep}\n", scene_text(membrane, path));
         let source = Source { name: membrane.name.to_owned(), text };
-        rows.extend(plan::plan(&scene::parse(&source).map_err(|located| located.error)?)?.sweep);
+        let plan = plan::plan(&scene::parse(&source).map_err(|located| located.error)?)?;
+        let sizes = |groups| [plan.sizes.control_points, plan.sizes.springs, groups];
+        rows.extend(plan.sweep.iter().filter_map(|(gamma, groups)| Some(((*gamma)?, sizes(*groups)))));
     }
-    let known = rows.into_iter().filter_map(|(gamma, groups)| Some((gamma?, groups)));
-    let nearest = known.min_by_key(|&(_, groups)| groups.abs_diff(membrane.groups));
+    let nearest = rows.into_iter().min_by_key(|(_, sizes)| sizes[2].abs_diff(membrane.sizes[2]));
     Ok(nearest.expect("a sweep has a value"))
 }

@@ -9,8 +9,10 @@
 
 use std::fmt::Write;
 
+use nalgebra_sparse::CsrMatrix;
 use serde::Serialize;
 
+use crate::calibration::errors::global_strain;
 use crate::clock::Progress;
 use crate::dynamics::external::{External, History, Part};
 use crate::dynamics::integrator::{self, Integrator};
@@ -24,10 +26,15 @@ use crate::export::motion::{Recorded, strains};
 use crate::geometry::dofs::DofMap;
 use crate::geometry::grid::Grid;
 use crate::geometry::selection::face_nodes;
+use crate::readable::significant;
 use crate::scene::{self, Source};
+use crate::sparse::cholesky::{Factor, Symbolic};
+use crate::sparse::ordering::minimum_degree;
 use crate::springs::network::{Kind, Network};
 use crate::springs::{damping, topology};
 use crate::study;
+
+use super::words;
 
 /// Steps that a network is given to grow, and by how much it must, to be called unstable.
 const STEPS: u64 = 40_000;
@@ -110,6 +117,8 @@ pub struct Comparison {
     pub growth: [Option<f64>; 2],
     /// Largest and last global strain (4.17) with their step; none when our limit refuses it.
     pub strain: Option<[f64; 2]>,
+    /// Global strain of the linear springs under the force of the push at rest.
+    pub strain_at_rest: f64,
     /// The motion with their step; its course is in the plots.
     #[serde(skip)]
     pub motion: Option<Motion>,
@@ -130,9 +139,10 @@ pub fn run(ids: &[String], progress: &Progress) -> Result<Vec<Comparison>> {
     let mut rows = Vec::new();
     for experiment in EXPERIMENTS.iter().filter(|experiment| ids.iter().any(|id| id == experiment.id)) {
         let subject = (experiment.subject)(progress)?;
+        let strain_at_rest = subject.strain_at_rest()?;
         for alpha in experiment.alphas {
             progress.check()?;
-            rows.push(compare(experiment, &subject, alpha, progress)?);
+            rows.push(Comparison { strain_at_rest, ..compare(experiment, &subject, alpha, progress)? });
         }
     }
     Ok(rows)
@@ -176,6 +186,19 @@ impl Subject {
         SpringModel::new(&self.network, &self.dofs, of, &self.masses)
     }
 
+    /// Global strain of the linear springs under the step force at rest, percent.
+    fn strain_at_rest(&self) -> Result<f64> {
+        let rest = vec![0.0; self.dofs.len()];
+        let Linearised { pattern, stiffness, .. } = Linearised::at(&mut self.springs(1.0), &rest, None);
+        let matrix = CsrMatrix::try_from_pattern_and_values(pattern.as_csr().clone(), stiffness);
+        let mut factor = Factor::new(Symbolic::analyse(&pattern, minimum_degree(&pattern)?)?);
+        factor.load(&matrix.expect("one value for each entry of the pattern"));
+        factor.refactor()?;
+        let mut u = rest;
+        factor.solve(&self.forces, &mut u)?;
+        Ok(global_strain(&self.network, &self.dofs.expand(&u)))
+    }
+
     /// The step force.
     fn push(&self, until: f64) -> External {
         External { parts: vec![Part { forces: self.forces.clone(), history: History::Until(until) }] }
@@ -210,6 +233,7 @@ fn compare(experiment: &Experiment, subject: &Subject, alpha: f64, progress: &Pr
         proven_within: proven,
         growth: [below?, above?],
         strain,
+        strain_at_rest: 0.0,
         motion,
     })
 }
@@ -222,7 +246,7 @@ fn course(experiment: &Experiment, subject: &Subject, alpha: f64, progress: &Pro
     let mut stepper = Stepper::new(&mut model, &external, leapfrog(), settings, [&rest, &rest])?;
     let steps = (SHOWN / experiment.step).round() as u64;
     let schedule = Schedule { steps, every: (steps / RECORDS).max(1) };
-    let strain = |u: &[f64]| crate::calibration::errors::global_strain(&subject.network, &subject.dofs.expand(u));
+    let strain = |u: &[f64]| global_strain(&subject.network, &subject.dofs.expand(u));
     motion::run(&mut stepper, schedule, &strain, progress)
 }
 
@@ -274,28 +298,33 @@ pub fn table(rows: &[Comparison]) -> String {
     for row in rows {
         if (row.table, row.body) != last {
             last = (row.table, row.body);
-            let ours = row.smallest_alpha.map_or("none".into(), |alpha| format!("{alpha:.3}"));
             let _ = writeln!(
                 text,
-                "\nExperiment {}: {}, step {:.6} s: theirs is unstable below alpha {}, ours below {ours}",
-                row.table, row.body, row.step, row.their_smallest_alpha
+                "\nExperiment {}: {}, step {} s: {}",
+                row.table,
+                row.body,
+                significant(row.step, 4),
+                words::threshold(row.their_smallest_alpha, row.smallest_alpha)
             );
+            let of_body = |other: &&Comparison| (other.table, other.body) == last;
+            let pushed: Vec<f64> = rows.iter().filter(of_body).filter_map(|row| Some(row.strain?[0])).collect();
+            let _ = writeln!(text, "{}", words::push(&pushed, row.strain_at_rest));
             let _ = writeln!(
                 text,
-                "{:>8} {:>13} {:>9} {:>13} {:>13} {:>28}",
+                "{:>8} {:>13} {:>9} {:>15} {:>15} {:>28}",
                 "alpha", "our limit s", "proven", "at 0.999", "at 1.001", "global strain %, last"
             );
         }
-        let swung = |growth: Option<f64>| growth.map_or("grows".into(), |g| format!("swings {g:.2}"));
+        let swung = |growth: Option<f64>| growth.map_or("grows".into(), |g| format!("swings {}", significant(g, 2)));
         let _ = writeln!(
             text,
-            "{:>8} {:>13.6e} {:>9} {:>13} {:>13} {:>28}",
+            "{:>8} {:>13.6e} {:>9} {:>15} {:>15} {:>28}",
             row.alpha,
             row.limit,
             row.proven_within.map_or("no".into(), |margin| format!("{margin:.0e}")),
             swung(row.growth[0]),
             swung(row.growth[1]),
-            row.strain.map_or("step refused".into(), |[most, last]| format!("{most:.3}, {last:.3}")),
+            row.strain.map_or("step refused".into(), |strains| strains.map(|strain| significant(strain, 3)).join(", ")),
         );
     }
     text

@@ -18,6 +18,10 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
         };
         return Err(Error::input("budget", message, "name a shape that is a patch, or remove [budget]"));
     }
+    if scene.calibration.springs.is_some() {
+        let message = "the network of calibration.springs has one resolution";
+        return Err(Error::input("budget", message, "remove [budget], or let the network be built from [springs]"));
+    }
     for (i, &count) in budget.finest.iter().flatten().enumerate() {
         within(&format!("budget.finest[{i}]"), count, 2, MOST_CONTROL_POINTS)?;
     }

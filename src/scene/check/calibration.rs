@@ -4,10 +4,11 @@ use crate::calibration::objectives::{self, Goal};
 use crate::calibration::optimiser::{self, Serves};
 use crate::calibration::optimisers::least_squares;
 use crate::error::{Error, Result};
+use crate::springs::grouping;
 
 use super::super::choices::{known, names};
 use super::super::states::SNAPSHOT_KINDS;
-use super::super::{Annealing, Calibration, GaussNewton, Scene, Snapshot};
+use super::super::{Annealing, Calibration, GaussNewton, Known, Scene, Snapshot};
 use super::{length, positive, within};
 
 /// Largest displacement gradient of a snapshot: beyond it a body is no longer the same.
@@ -17,6 +18,7 @@ pub(super) fn check(calibration: &Calibration) -> Result<()> {
     known("calibration.objective", &calibration.objective, &names("calibration.objective"))?;
     check_optimiser(calibration)?;
     check_formula(calibration)?;
+    check_known(calibration)?;
     for (i, snapshot) in calibration.acceleration.iter().flat_map(|given| &given.snapshots).enumerate() {
         check_snapshot(snapshot, &format!("calibration.acceleration.snapshots[{i}]"))?;
     }
@@ -48,7 +50,7 @@ fn check_optimiser(calibration: &Calibration) -> Result<()> {
     let Goal { name: objective, linear, optimiser: usual, .. } = goal;
     match (usual, optimiser.serves) {
         (None, _) => {
-            let message = format!("{name} has nothing to do: a formula is not fitted");
+            let message = format!("{name} has nothing to do: nothing is fitted with the objective {objective}");
             Err(Error::input("calibration.optimiser", message, "leave the optimiser out, or choose another objective"))
         }
         (_, Serves::Linear) if !linear => Err(least_squares::not_linear(objective)),
@@ -89,6 +91,50 @@ fn check_formula(calibration: &Calibration) -> Result<()> {
         }
         (None, false) => Ok(()),
     }
+}
+
+/// The stiffness of the objective known: given once, and none that a spring cannot have.
+fn check_known(calibration: &Calibration) -> Result<()> {
+    let (stiffness, springs) = (&calibration.stiffness, &calibration.springs);
+    let given = [("stiffness", stiffness.is_some()), ("springs", springs.is_some())];
+    let first = given.into_iter().find(|(_, given)| *given).map(|(key, _)| format!("calibration.{key}"));
+    match (calibration.objective == "known", first) {
+        (false, Some(key)) => {
+            let message = format!("the objective is {}, which does not read it", calibration.objective);
+            return Err(Error::input(key, message, "set objective = \"known\", or remove it"));
+        }
+        (true, None) => {
+            let help = "add calibration.stiffness with a number a group, or calibration.springs with a springs.json";
+            return Err(Error::input("calibration.objective", "no stiffness is given", help));
+        }
+        _ => {}
+    }
+    if stiffness.is_some() && springs.is_some() {
+        let message = "gives the stiffness of every spring, and calibration.stiffness that of every group";
+        return Err(Error::input("calibration.springs", message, "keep one of them"));
+    }
+    let numbers = stiffness.as_ref().map(Known::keyed).unwrap_or_default();
+    if let Some((key, value)) = numbers.iter().find(|(_, value)| *value < 0.0) {
+        let help = "a number from 0; 0 takes the springs of the group out";
+        return Err(Error::input(format!("calibration.stiffness{key}"), format!("{value} is negative"), help));
+    }
+    match !numbers.is_empty() && numbers.iter().all(|(_, value)| *value == 0.0) {
+        true => Err(Error::input("calibration.stiffness", "no spring is left", "give one group a number above 0")),
+        false => Ok(()),
+    }
+}
+
+/// Groups of several gammas have no one list of numbers.
+pub(super) fn check_groups_of_known(scene: &Scene) -> Result<()> {
+    let Calibration { stiffness, gamma, .. } = &scene.calibration;
+    let one_each = matches!(stiffness, Some(Known::InOrder(_) | Known::ByName(_)));
+    let uses_gamma = grouping::find(&scene.springs.grouping).is_some_and(|rule| rule.uses_gamma);
+    if one_each && uses_gamma && gamma.values()?.len() > 1 {
+        let message = format!("the groups by {} are others at every gamma of a sweep", scene.springs.grouping);
+        let help = "give the gamma of the groups, such as gamma = 0.5, or choose another springs.grouping";
+        return Err(Error::input("calibration.gamma", message, help));
+    }
+    Ok(())
 }
 
 fn check_snapshot(snapshot: &Snapshot, key: &str) -> Result<()> {
@@ -139,9 +185,21 @@ pub(super) fn warnings(scene: &Scene) -> Vec<String> {
     let idle = given.into_iter().filter(|&(name, given)| given && name != objective);
     let mut warnings: Vec<String> =
         idle.map(|(name, _)| format!("calibration.{name} has no effect on the objective {objective}")).collect();
-    if objective == "formula" && scene.springs.grouping != super::super::Springs::default().grouping {
-        warnings.push("springs.grouping has no effect: the formula gives every spring its stiffness".into());
+    let (springs, usual) = (&scene.springs, super::super::Springs::default());
+    let from_file = scene.calibration.springs.is_some();
+    if (objective == "formula" || from_file) && springs.grouping != usual.grouping {
+        let what = if from_file { "the file" } else { "the formula" };
+        warnings.push(format!("springs.grouping has no effect: {what} gives every spring its stiffness"));
     }
+    let listed = [
+        ("topology", springs.topology != usual.topology),
+        ("edges", !springs.edges.is_empty()),
+        ("edge_file", springs.edge_file.is_some()),
+    ];
+    let idle = listed.into_iter().filter(|(_, given)| from_file && *given);
+    warnings.extend(
+        idle.map(|(key, _)| format!("springs.{key} has no effect: calibration.springs says which springs there are")),
+    );
     warnings
 }
 

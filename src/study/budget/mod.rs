@@ -26,6 +26,7 @@ use crate::dynamics::forces::SpringForces;
 use crate::error::{Error, Result};
 use crate::geometry::dofs::FIXED;
 use crate::geometry::shapes::Shape;
+use crate::readable::significant;
 use crate::scene::{self, Scene};
 
 use super::Study;
@@ -63,9 +64,10 @@ impl Outcome {
         let Point { control_points, groups, error, step_seconds, .. } = &self.front.points[self.chosen];
         let limit = budget.step_time.map_or(String::new(), |seconds| format!(" (allowed {seconds:.2e} s)"));
         let best = format!(
-            "the best of {} networks, {control_points:?} with {groups} groups, leaves {error:.3} % (allowed {} %) at \
+            "the best of {} networks, {control_points:?} with {groups} groups, leaves {} % (allowed {} %) at \
              {step_seconds:.2e} s a step{limit}",
             self.front.points.len(),
+            significant(*error, 4),
             budget.max_error
         );
         Err(Error::OverBudget { best })
@@ -147,7 +149,9 @@ fn networks_at(
     checkpoint: &Checkpoint,
 ) -> Result<Vec<Point>> {
     let watch = Stopwatch::start();
-    let scene = Scene { dynamics: None, ..at(scene, control_points) };
+    let mut scene = Scene { dynamics: None, ..at(scene, control_points) };
+    // the network that is chosen is tried under other loads, those on the way are not
+    scene.calibration.generalisation = Some(false);
     let study = super::run_one(&scene, progress, checkpoint)?;
     let points = points_of(&study, control_points, watch.seconds());
     checkpoint.keep_walked(&points)?;

@@ -6,9 +6,9 @@ use crate::calibration::adaptive::Rung;
 use crate::calibration::errors::Errors;
 use crate::calibration::objective::Counts;
 use crate::calibration::optimiser::Outcome;
+use crate::readable::significant;
 use crate::sparse::condition::Accuracy;
 use crate::springs::grouping::Grouping;
-use crate::study::near_mechanism::Weakness;
 use crate::study::network;
 
 /// What a calibration found.
@@ -40,10 +40,8 @@ pub struct Calibration {
     pub fitted: Errors,
     /// What the matrices leave to tell; only for the matrix objective.
     pub matrices: Option<Matrices>,
-    /// Global strain (4.17) of the continuum and of the network under the first fitted load, percent.
-    pub global_strain: [f64; 2],
-    /// The motion that the network resists least.
-    pub weakness: Weakness,
+    /// Global strain (4.17) of the continuum and of the network under each load case, percent.
+    pub global_strain: Vec<[f64; 2]>,
     /// Work of the whole sweep.
     pub counts: Counts,
     /// The networks on the way, where the groups adapt; otherwise empty.
@@ -51,6 +49,11 @@ pub struct Calibration {
 }
 
 impl Calibration {
+    /// The largest global strain of the continuum and of the network under any load case, percent.
+    pub fn largest_strain(&self) -> [f64; 2] {
+        [0, 1].map(|body| self.global_strain.iter().fold(0.0, |most: f64, strain| most.max(strain[body])))
+    }
+
     /// Keeps only some springs, and the groups that still have some.
     ///
     /// # Panics
@@ -76,9 +79,9 @@ impl Calibration {
         let at_bound = |(phi, upper): (&f64, &f64)| *phi >= (1.0 - 1e-9) * upper;
         self.phi.iter().zip(&self.upper).all(at_bound).then(|| {
             format!(
-                "every group is at its upper bound (5.8): the network cannot be as stiff as the body (e_rms {:.1} %); \
+                "every group is at its upper bound (5.8): the network cannot be as stiff as the body (e_rms {} %); \
                  use cells of more equal sides",
-                self.fitted.e_rms
+                significant(self.fitted.e_rms, 3)
             )
         })
     }

@@ -25,7 +25,7 @@ use crate::study::checkpoint::{self, Checkpoint};
 use crate::study::large;
 use crate::study::linear_fit::Goal;
 use crate::study::loads::LoadCase;
-use crate::study::near_mechanism::{self, Weakness};
+use crate::study::near_mechanism;
 use crate::study::network::{self, Lattice};
 
 use super::{Calibration, Matrices, Row, optimiser, undetermined};
@@ -83,9 +83,19 @@ impl Given<'_> {
         grouping: &'b Grouping,
         index: usize,
     ) -> Result<SweepProblem<'b>> {
-        let Lattice { network, symbolic, factors, coefficients, spring_bounds, .. } = self.lattice;
+        let Lattice { factors, spring_bounds, .. } = self.lattice;
+        let upper = bounds::upper_bounds(grouping, spring_bounds, factors);
+        let strength = self.scene.regularisation();
+        let prior = (strength > 0.0).then(|| Prior::new(strength, grouping));
+        let (operator, search) = (self.operator(grouping), goal.search(self, grouping)?);
+        Ok(SweepProblem { operator, upper, search, prior, index })
+    }
+
+    /// The springs of one grouping, in the form that their path needs.
+    pub(in crate::study) fn operator(&self, grouping: &Grouping) -> SpringOperator<'_> {
+        let Lattice { network, symbolic, coefficients, .. } = self.lattice;
         let dofs = &self.body.dofs;
-        let operator = match symbolic {
+        match symbolic {
             Some(symbolic) => SpringOperator::Assembled {
                 stiffness: AffineStiffness::new(network, grouping, coefficients, dofs, symbolic),
                 symbolic: Arc::clone(symbolic),
@@ -94,11 +104,7 @@ impl Given<'_> {
                 let grid = self.body.grid().expect("multigrid was tried on a grid");
                 SpringOperator::OnGrid(GridSprings { network, grid, dofs, grouping: grouping.clone(), coefficients })
             }
-        };
-        let upper = bounds::upper_bounds(grouping, spring_bounds, factors);
-        let strength = self.scene.regularisation();
-        let prior = (strength > 0.0).then(|| Prior::new(strength, grouping));
-        Ok(SweepProblem { operator, upper, search: goal.search(self, grouping)?, prior, index })
+        }
     }
 
     /// Refuses matrices that would not fit: a Jacobian with one column a group, four copies at a time for each of two
@@ -112,7 +118,7 @@ impl Given<'_> {
             "displacement" if !optimiser.uses_jacobian => 0.0,
             "displacement" if optimiser.name == "gauss_newton" && many::serves(groups) => 8.0 * unknowns,
             "displacement" => 4.0 * 2.0 * columns * unknowns * self.fitted().len() as f64,
-            "formula" => 0.0,
+            "formula" | "known" => 0.0,
             _ => columns * unknowns + 16.0 * columns * columns,
         };
         if 8.0 * numbers <= LARGEST_JACOBIAN {
@@ -178,19 +184,17 @@ impl Given<'_> {
         }
     }
 
-    /// The network with `phi` under all loads: displacements (cases x n), m, and where they are linear how sure they are, and
-    /// the motion that the network resists least.
+    /// The network with `phi` under all loads: displacements (cases x n), m, and where they are linear how sure they are.
     fn under_all_loads(
         &self,
         problem: &SweepProblem,
         grouping: &Grouping,
         phi: &[f64],
-    ) -> Result<(Vec<f64>, Option<Accuracy>, Weakness)> {
+    ) -> Result<(Vec<f64>, Option<Accuracy>)> {
         if large::is_asked(self.scene) {
             let all: Vec<usize> = (0..self.loads.len()).collect();
             let displacement = large::network(self, grouping, phi, &all, &Interrupt::default())?;
-            let not_looked_for = "under large displacements the network is another at every load";
-            return Ok((displacement, None, Weakness::NotLookedFor { not_looked_for }));
+            return Ok((displacement, None));
         }
         let forces: Vec<f64> = self.loads.iter().flat_map(|case| case.load.forces.iter().copied()).collect();
         let settings = sweep::exact(&problem.operator, &network::settings(self.scene));
@@ -201,8 +205,7 @@ impl Given<'_> {
             .solve(&forces, &mut displacement, settings.tolerance)
             .map_err(|error| self.opened(error, problem, phi))?;
         let accuracy = solver.accuracy(&problem.operator.members(), phi, &forces, &displacement)?;
-        let weakness = near_mechanism::weakness(self.body, self.reference, problem, &mut solver)?;
-        Ok((displacement, Some(accuracy), weakness))
+        Ok((displacement, Some(accuracy)))
     }
 
     /// A fitted network that does not bear every load, for it is nearly loose: the node that is.
@@ -219,7 +222,11 @@ impl Given<'_> {
         };
         let (node, component) = self.body.dofs.owner(dof);
         let motions = vec![format!("node {node} can move along {}", ['x', 'y', 'z'][component])];
-        Error::mechanism("fitted network", 1, motions).advised(near_mechanism::advice(self.scene, phi.len()))
+        let what = match self.scene.calibration.optimiser() {
+            Some(_) => "network that fits the loads with fit = true",
+            None => "network with the given stiffness",
+        };
+        Error::mechanism(what, 1, motions).advised(near_mechanism::advice(self.scene, phi.len()))
     }
 
     /// Errors of the fitted cases for their displacements (cases x n).
@@ -241,12 +248,12 @@ impl Given<'_> {
         let determined = undetermined::determined(self, problem, &grouping);
         complete(&mut phi, &problem.upper, &determined);
         let n = self.body.dofs.len();
-        let (displacement, accuracy, weakness) = self.under_all_loads(problem, &grouping, &phi)?;
+        let (displacement, accuracy) = self.under_all_loads(problem, &grouping, &phi)?;
         let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
         let pairs = self.reference.cases.iter().zip(&displacements);
-        let errors = pairs.map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();
-        let first = self.fitted()[0];
+        let errors = pairs.clone().map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();
         let strain = |u: &[f64]| errors::global_strain(&self.lattice.network, &self.body.dofs.expand(u));
+        let global_strain = pairs.map(|(case, u)| [strain(&case.displacement), strain(u)]).collect();
         let mut counts = Counts::default();
         sweep
             .iter()
@@ -255,9 +262,8 @@ impl Given<'_> {
             .for_each(|(_, row)| counts += row.outcome.counts);
         Ok(Calibration {
             stiffness: weighting::stiffness(&grouping, &self.lattice.coefficients, &phi),
-            global_strain: [strain(&self.reference.cases[first].displacement), strain(&displacements[first])],
+            global_strain,
             fitted: sweep[best].errors,
-            weakness,
             matrices,
             left_out: undetermined::words(self, &grouping, &determined, &phi, &problem.upper),
             determined,

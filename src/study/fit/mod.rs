@@ -27,6 +27,7 @@ use crate::springs::grouping::{self, Grouping, Request};
 use super::adaptive;
 use super::body::Body;
 use super::checkpoint::Checkpoint;
+use super::given_stiffness;
 use super::linear_fit::{self, Goal};
 use super::network::Lattice;
 use super::spring_sets;
@@ -91,9 +92,14 @@ fn rank(a: &Row, b: &Row) -> std::cmp::Ordering {
 
 /// The gammas of a scene (one entry without gamma for a grouping that does not use it) and their groupings.
 pub(super) fn group(scene: &Scene, body: &Body, lattice: &Lattice) -> Result<(Vec<Option<f64>>, Vec<Grouping>)> {
-    if scene.calibration.objective == "formula" {
-        return Ok((vec![None], vec![linear_fit::formula_grouping(scene, body, lattice)?]));
+    match given_stiffness::given(scene, body, lattice)? {
+        Some((grouping, _)) => Ok((vec![None], vec![grouping])),
+        None => rule_groups(scene, body, lattice),
     }
+}
+
+/// The gammas of a scene and the groupings by its rule.
+pub(super) fn rule_groups(scene: &Scene, body: &Body, lattice: &Lattice) -> Result<(Vec<Option<f64>>, Vec<Grouping>)> {
     let name = &scene.springs.grouping;
     let rule = grouping::find(name).ok_or_else(|| {
         Error::input("springs.grouping", format!("there is no grouping {name}"), "see `springfit list groupings`")
@@ -112,7 +118,7 @@ pub(super) fn group(scene: &Scene, body: &Body, lattice: &Lattice) -> Result<(Ve
     Ok((gammas, groupings))
 }
 
-/// The optimiser of a scene and its settings; a formula has none and gets the one that does nothing beside it.
+/// The optimiser of a scene and its settings; one that fits nothing has none and gets the one that does nothing beside it.
 pub(super) fn optimiser(scene: &Scene) -> Result<(&'static Optimiser, Settings)> {
     let given = &scene.calibration;
     let name = given.optimiser().unwrap_or("least_squares");

@@ -7,6 +7,7 @@ use crate::dynamics::linear::{Damping, LinearModel};
 use crate::dynamics::model::Model;
 use crate::dynamics::motion::Motion;
 use crate::error::Result;
+use crate::readable::significant;
 use crate::reference::corotational::held::Held;
 use crate::reference::stiffness;
 use crate::scene;
@@ -75,8 +76,11 @@ impl Inverted {
         let Self { records, first, least_cell, least_domain } = self;
         first.map(|time| {
             format!(
-                "in {records} records of the motion, first at {time:.4} s, cells of the continuum are turned inside out \
-                 (smallest det F of a cell {least_cell:.3}, of a smoothing domain {least_domain:.3})"
+                "in {records} records of the motion, first at {} s, cells of the continuum are turned inside out \
+                 (smallest det F of a cell {}, of a smoothing domain {})",
+                significant(time, 4),
+                significant(*least_cell, 3),
+                significant(*least_domain, 3)
             )
         })
     }

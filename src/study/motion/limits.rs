@@ -16,6 +16,7 @@ use crate::dynamics::springs::{Coefficients, SpringModel, isotropic};
 use crate::dynamics::stability::{self, Limit, Linearised};
 use crate::error::{Error, Result};
 use crate::geometry::dofs::FIXED;
+use crate::readable::significant;
 use crate::scene::{self, Step};
 use crate::springs::grouping::Grouping;
 use crate::springs::{bounds, damping, weighting};
@@ -178,7 +179,7 @@ impl Mover<'_> {
         let square = springs.map(|(spring, k)| (k * (ease(spring.nodes[0]) + ease(spring.nodes[1])), spring.nodes));
         let fastest = square.fold((0.0, [0; 2]), |most, one| if one.0 > most.0 { one } else { most });
         let (omega, [a, b]) = (fastest.0.sqrt(), fastest.1);
-        format!("; the fastest spring, between nodes {a} and {b}, alone has {omega:.6} rad/s")
+        format!("; the fastest spring, between nodes {a} and {b}, alone has {} rad/s", significant(omega, 7))
     }
 
     /// Refuses a step above its limit.
@@ -191,14 +192,14 @@ impl Mover<'_> {
             return Ok(());
         }
         let alpha = limits.alpha.map_or(String::new(), |alpha| format!(" and alpha {alpha}"));
-        let omega = limit.omega_max;
         let reason = format!(
-            "with the largest eigenfrequency {omega:.6} rad/s{alpha} the limit is {bound:.6e} s{}",
+            "with the largest eigenfrequency {} rad/s{alpha} the limit is {bound:.6e} s{}",
+            significant(limit.omega_max, 7),
             self.fastest_spring()
         );
         let help = match limits.smallest_alpha {
             Some(alpha) if self.integrator.stability == Stability::ElasticAndDamping => {
-                format!("give alpha = {:.4} or more, a smaller step, or step = \"auto\"", above(alpha))
+                format!("give alpha = {} or more, a smaller step, or step = \"auto\"", significant(above(alpha), 4))
             }
             _ => "no damping makes this step stable: give a smaller one, step = \"auto\", or an implicit integrator"
                 .into(),
@@ -215,6 +216,6 @@ fn damping_range(body: &Linearised, limit: &Limit) -> Vec<[f64; 2]> {
 
 /// A little above, so that four figures of it are enough.
 fn above(alpha: f64) -> f64 {
-    let scale = 10.0_f64.powf(alpha.log10().floor() - 3.0).min(1e-4);
+    let scale = 10.0_f64.powf(alpha.log10().floor() - 3.0);
     (alpha / scale).ceil() * scale
 }

@@ -7,13 +7,11 @@
 //!     mean N_a = (1 + 1/(k+1) + ... + 1/(d+1)) / (d+1)      a on the carrier,     equal shares of the rest off it
 //! ```
 //!
-//! so that constant body forces and row sums of the mass are exact.
-
-use std::sync::Arc;
+//! so that the domains around a node hold int N_a dV together. Masses and forces are integrated over the cells all the same.
 
 use crate::error::Result;
-use crate::geometry::mesh::{CellKind, Mesh};
-use crate::reference::methods::cell_rules::CellRule;
+use crate::geometry::mesh::Mesh;
+use crate::reference::methods::elements;
 use crate::reference::methods::smoothed::Smoothing;
 use crate::reference::methods::smoothed::carriers::{Incidence, incidences};
 use crate::reference::methods::smoothed::cells::Cells;
@@ -178,27 +176,24 @@ impl Domains {
         self.parts[domain]
     }
 
-    /// The domains as integration points: every domain is an element with one point. Integrals of N_a N_b, which a mean
-    /// does not know, come from the cells: a domain has its share of the points of each.
-    pub fn into_points(self) -> IntegrationPoints<'static> {
-        let table = Arc::new(self);
-        let acting = (0..table.len()).map(|k| table.acting(k).iter().map(|acting| acting.node).collect()).collect();
-        let (dimension, nodes, thickness) = (table.dimension, table.nodes, table.thickness);
-        let (parts, smoothed) = (table.parts.clone(), table.cells.per_cell() == dimension + 1);
-        let for_mass = Arc::clone(&table);
+    /// The domains as integration points: every domain is an element with one point. Smoothed ones overlap, and the cells of
+    /// `mesh`, the mesh that they were made of, stand for the body.
+    ///
+    /// # Errors
+    /// Those of [`elements::integration_points`].
+    pub fn into_points(self, mesh: &Mesh) -> Result<IntegrationPoints<'_>> {
+        let acting = (0..self.len()).map(|k| self.acting(k).iter().map(|acting| acting.node).collect()).collect();
+        let (dimension, nodes, thickness) = (self.dimension, self.nodes, self.thickness);
+        let (parts, smoothed) = (self.parts.clone(), self.cells.per_cell() == dimension + 1);
         let fill = move |domain: usize, out: &mut ElementPoints| {
-            table.fill(domain, out);
+            self.fill(domain, out);
             Ok(())
         };
         let points = IntegrationPoints::new(dimension, nodes, thickness, acting, Box::new(fill)).with_parts(parts);
-        if !smoothed {
-            return points;
+        match smoothed {
+            true => Ok(points.over_body(elements::integration_points(mesh, thickness)?)),
+            false => Ok(points),
         }
-        let rule = CellRule::of_mass(if dimension == 2 { CellKind::Triangle } else { CellKind::Tetrahedron });
-        points.with_mass_points(Box::new(move |domain: usize, out: &mut ElementPoints| {
-            for_mass.fill_mass(domain, &rule, out);
-            Ok(())
-        }))
     }
 
     /// The one point of a domain.
@@ -208,25 +203,6 @@ impl Domains {
         out.positions.push(self.positions[domain]);
         out.values.extend(self.acting(domain).iter().map(|acting| acting.value));
         out.gradients.extend(self.acting(domain).iter().map(|acting| acting.gradient));
-    }
-
-    /// The points of all cells of a domain with their shares of the volume; the gradients are those of the domain.
-    fn fill_mass(&self, domain: usize, rule: &CellRule, out: &mut ElementPoints) {
-        out.clear();
-        let per_cell = self.cells.per_cell();
-        let whole: f64 = rule.weights.iter().sum();
-        for member in self.members(domain) {
-            let (cell, nodes) = (member.cell as usize, self.cells.nodes(member.cell as usize));
-            for (weight, values) in rule.weights.iter().zip(rule.values.chunks_exact(per_cell)) {
-                out.volumes.push(member.share * self.cells.volume(cell) * weight / whole);
-                out.positions.push(self.positions[domain]);
-                for acting in self.acting(domain) {
-                    let value = nodes.iter().position(|&node| node == acting.node).map_or(0.0, |local| values[local]);
-                    out.values.push(value);
-                    out.gradients.push(acting.gradient);
-                }
-            }
-        }
     }
 }
 

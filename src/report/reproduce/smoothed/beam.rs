@@ -116,7 +116,7 @@ fn multiply(a: &CsrMatrix<f64>, v: &[f64], out: &mut [f64]) {
 /// # Errors
 /// Those of the mesh and of the solve.
 pub fn sag(way: Way, mesh: &Mesh) -> Result<[f64; 2]> {
-    let points = (way.domains)(mesh)?.into_points();
+    let points = (way.domains)(mesh)?.into_points(mesh)?;
     linear(&points, mesh.positions(), &|dofs| {
         let masses = mass::lumped(&points, DENSITY, dofs)?;
         let n = dofs.len();
@@ -131,13 +131,13 @@ pub fn sag(way: Way, mesh: &Mesh) -> Result<[f64; 2]> {
 /// As [`sag`].
 pub fn sag_quadratic(mesh: &Mesh) -> Result<[f64; 2]> {
     let positions = t10::Quadratic::new(mesh)?.positions;
-    let points = t10::domains(mesh)?.into_points();
+    let points = t10::domains(mesh)?.into_points(mesh)?;
     linear(&points, &positions, &|dofs| t10::mass(mesh, DENSITY, dofs))
 }
 
 /// A corotational beam, and its weight in N.
 fn moving(way: Way, mesh: &Mesh, tangent: Tangent) -> Result<(CorotationalModel, Vec<f64>)> {
-    let points = (way.domains)(mesh)?.into_points();
+    let points = (way.domains)(mesh)?.into_points(mesh)?;
     let dofs = clamped(mesh.positions());
     let masses = mass::lumped(&points, DENSITY, &dofs)?;
     let load = loads::body_force(&points, &dofs, &|_| [0.0, 0.0, -DENSITY * GRAVITY])?;
