@@ -500,10 +500,10 @@ const WRONG_INPUT: &[Expectation] = &[
     ("snapshot_key", 14, ["strech", "did you mean \"stretch\"?"]),
     (
         "snapshot_rests",
-        16,
+        14,
         [
-            "calibration.acceleration.snapshots: the springs of group +0 keep their length",
-            "add a snapshot that stretches them",
+            "calibration.objective: nothing that is compared depends on the stiffness of any group",
+            "add a snapshot that stretches the springs",
         ],
     ),
     (

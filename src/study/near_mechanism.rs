@@ -146,13 +146,12 @@ mod tests {
 
     /// No objective but that of displacements looks at load cases or takes a prior.
     #[test]
-    fn no_warning_tells_to_turn_what_is_not_connected() {
-        let open = Weakness::Mechanism { near_mechanism: true, stiffness_ratio: 0.0 };
+    fn no_advice_tells_to_turn_what_is_not_connected() {
         for goal in objectives::OBJECTIVES.iter().filter(|goal| goal.name != "displacement") {
             let formula = if goal.name == "formula" { "formula = \"lloyd\"" } else { "" };
             let tables = format!("[calibration]\nobjective = \"{}\"\n{formula}", goal.name);
-            let told = open.warning(&advice_for(&tables, 4)).expect("a word");
-            assert!(!told.contains("load cases") && !told.contains("regularisation"), "{told}");
+            let told = advice_for(&tables, 4);
+            assert!(!told.is_empty() && !told.contains("load cases") && !told.contains("regularisation"), "{told}");
         }
     }
 }
