@@ -500,10 +500,10 @@ const WRONG_INPUT: &[Expectation] = &[
     ("snapshot_key", 14, ["strech", "did you mean \"stretch\"?"]),
     (
         "snapshot_rests",
-        16,
+        14,
         [
-            "calibration.acceleration.snapshots: the springs of group +0 keep their length",
-            "add a snapshot that stretches them",
+            "calibration.objective: nothing that is compared depends on the stiffness of any group",
+            "add a snapshot that stretches the springs",
         ],
     ),
     (
@@ -708,7 +708,7 @@ const WRONG_INPUT: &[Expectation] = &[
 
 /// The numbers do not allow it: exit status 3.
 const WRONG_NUMBERS: &[Expectation] = &[
-    ("loose_fit", 0, ["the fitted network is a mechanism with", "can move along"]),
+    ("loose_fit", 13, ["the fitted network is a mechanism with", "add snapshots that deform the body in other ways"]),
     ("cell_folded", 2, ["element [0] is folded", "or the nodes of the mesh"]),
     ("dynamics_unstable", 16, ["the step of 1e0 s is unstable with leapfrog", "no damping makes this step stable"]),
     (

@@ -3,6 +3,8 @@
 use springfit::calibration::errors::Errors;
 use springfit::clock::Progress;
 use springfit::report::reproduce::release;
+use springfit::report::result::Document;
+use springfit::report::summary;
 use springfit::scene::{self, Source};
 use springfit::study::{self, Study};
 
@@ -284,10 +286,68 @@ fn refusal(text: &str) -> String {
     study::run(&scene, &Progress::default()).err().expect("no answer").to_string()
 }
 
+/// With springs to the second ring, node (1, 1) of a square of 5 x 5 nodes has four springs to held nodes, (2, 1) five and
+/// (3, 1) four, and each node has three equations for them. No other spring takes part in a dependence: not those at the
+/// corners, which have three, not those between free nodes, not those between held ones.
 #[test]
 fn groups_that_depend_on_each_other_are_named_and_no_others() {
+    let text = scene_of("each", MATRIX)
+        .replace("[4, 4]", "[5, 5]")
+        .replace("[springs]\n", "[springs]\ntopology = \"second_ring\"\n");
+    let message = refusal(&text);
+    assert!(message.contains("do not determine 13 of 120 groups"), "{message}");
+    let sets: Vec<usize> =
+        message.split("do: ").nth(1).expect("sets").split("; ").map(|set| set.matches("spring_").count()).collect();
+    assert_eq!(sets, [4, 5, 4], "{message}");
+
+    // a uniform stretch tells two moduli of a cubic grid, and there are three kinds
+    let shape = "shape = \"cube\"\ncontrol_points = [4, 4, 4]\ndegree = [1, 1, 1]";
+    let text = scene_of("kind", "objective = \"acceleration\"").replace("[1.0, -1.0]", "[1.0, -1.0, 0.0]");
+    let text = text.replace("shape = \"square\"\ncontrol_points = [4, 4]\ndegree = [1, 1]", shape);
+    let message = refusal(&text);
+    assert!(message.contains("3 of 3 groups") && message.contains("\"edge\", \"face_diagonal\", \"body_diagonal\""));
+
     let two =
         "objective = \"acceleration\"\nacceleration = { snapshots = [{ gradient = [[0.1, 0.03], [0.02, -0.07]] }] }";
     let message = refusal(&scene_of("each", two));
     assert!(message.contains("do not determine") && message.contains("of 42 groups"), "{message}");
+}
+
+/// At gamma = .01 one of the 41 groups of the spheroid lies between nodes of the held surface.
+#[test]
+fn small_groups_of_the_spheroid_do_not_stop_the_others() {
+    for (objective, unseen) in [(LOADED, 0), (OFF_DIAGONAL, 3)] {
+        let found = run(&format!(
+            "[geometry]\nshape = \"spheroid\"\n[material]\nyoung = 15e3\npoisson = 0.3333333333333333\n[support]\n\
+             faces = [\"z-\"]\n[[load]]\nforce_per_node = [100.0, -50.0, 50.0]\n[calibration]\ngamma = 0.01\n{objective}\n"
+        ))
+        .calibration;
+        assert_eq!(found.grouping.groups.len(), 41);
+        assert!(found.left_out[0].contains("1 of 41 groups (\"length_17\"): their springs act on no free node"));
+        let left_out = found.determined.iter().filter(|determined| !**determined).count();
+        assert_eq!(left_out, 1 + unseen, "{objective}: {:?}", found.left_out);
+    }
+}
+
+/// The distance of the off-diagonal reading is a part of the blocks that it compares, not of the whole matrix.
+#[test]
+fn percentages_of_a_reading_are_of_the_blocks_that_it_compares() {
+    for (objective, words) in
+        [(MATRIX, "\nstiffness matrices: "), (OFF_DIAGONAL, "\nstiffness matrices between different nodes: ")]
+    {
+        let study = sides(&SIDES, objective);
+        let matrix = study.reference.stiffness.as_ref().expect("stored");
+        let dofs = &study.body.dofs;
+        let off = objective == OFF_DIAGONAL;
+        let compared = matrix.triplet_iter().filter(|(i, j, _)| !off || dofs.owner(*i).0 != dofs.owner(*j).0);
+        let norm = compared.map(|(_, _, k)| k * k).sum::<f64>().sqrt();
+        let found = study.calibration.matrices.expect("of the objective matrix");
+        assert!((found.compared_frobenius / norm - 1.0).abs() < 1e-13, "{norm} {found:?}");
+        let text = summary::run(&study);
+        let told = text.split("Frobenius norm of ").nth(1).and_then(|rest| rest.split(' ').next()).expect("a number");
+        let told: f64 = told.parse().expect("a number");
+        assert!(text.contains(words) && (told / norm - 1.0).abs() < 1e-4, "{text}");
+        let document = Document::of(&study).to_json();
+        assert!(document.contains("\"compared_frobenius\""), "{document}");
+    }
 }

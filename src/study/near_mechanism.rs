@@ -97,3 +97,61 @@ impl Generalisation {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Source, parse};
+
+    /// The advice for a square whose `[calibration]` and other tables are given.
+    fn advice_for(tables: &str, groups: usize) -> String {
+        let text = format!(
+            "[geometry]\nshape = \"square\"\n[material]\nyoung = 1e4\npoisson = 0.3\n[support]\nfaces = [\"y-\"]\n[[load]]\n\
+             force_per_node = [1.0, 0.0]\n{tables}\n"
+        );
+        advice(&parse(&Source { name: "a".into(), text }).expect("a scene"), groups)
+    }
+
+    #[test]
+    fn advice_is_what_the_objective_listens_to() {
+        let cases = [
+            ("", 3, "fit more load cases, use fewer groups, or set calibration.regularisation"),
+            ("", 1, "fit more load cases or set calibration.regularisation"),
+            (
+                "[calibration]\nregularisation = 0.5",
+                3,
+                "fit more load cases, use fewer groups, or raise calibration.regularisation",
+            ),
+            ("[calibration]\noptimiser = \"surrogate\"", 3, "fit more load cases or use fewer groups"),
+            (
+                "[calibration]\nobjective = \"matrix\"",
+                3,
+                "fit the displacements (calibration.objective = \"displacement\") or use fewer groups",
+            ),
+            (
+                "[calibration]\nobjective = \"acceleration\"",
+                1,
+                "add snapshots that deform the body in other ways or fit the displacements (calibration.objective = \"displacement\")",
+            ),
+            (
+                "[calibration]\nobjective = \"formula\"\nformula = \"lloyd\"",
+                3,
+                "fit the displacements (calibration.objective = \"displacement\")",
+            ),
+        ];
+        for (tables, groups, expected) in cases {
+            assert_eq!(advice_for(tables, groups), expected, "{tables}");
+        }
+    }
+
+    /// No objective but that of displacements looks at load cases or takes a prior.
+    #[test]
+    fn no_advice_tells_to_turn_what_is_not_connected() {
+        for goal in objectives::OBJECTIVES.iter().filter(|goal| goal.name != "displacement") {
+            let formula = if goal.name == "formula" { "formula = \"lloyd\"" } else { "" };
+            let tables = format!("[calibration]\nobjective = \"{}\"\n{formula}", goal.name);
+            let told = advice_for(&tables, 4);
+            assert!(!told.is_empty() && !told.contains("load cases") && !told.contains("regularisation"), "{told}");
+        }
+    }
+}

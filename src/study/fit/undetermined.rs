@@ -69,7 +69,10 @@ pub fn check(objective: &str, reduced: &Reduced, grouping: &Grouping) -> Result<
     };
     let refusal = |message: String, help: &str| Err(Error::input("calibration.objective", message, help));
     if !reduced.seen().contains(&true) {
-        let help = if objective == "acceleration" { help } else { "hold less, or use the reading \"full\"" };
+        let help = match objective {
+            "acceleration" => "add a snapshot that stretches the springs, such as { loads = [0.01] }",
+            _ => "hold less of the body, or use the reading \"full\"",
+        };
         return refusal("nothing that is compared depends on the stiffness of any group".into(), help);
     }
     let sets = reduced.dependent();
