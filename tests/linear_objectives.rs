@@ -313,15 +313,20 @@ fn groups_that_depend_on_each_other_are_named_and_no_others() {
     assert!(message.contains("do not determine") && message.contains("of 42 groups"), "{message}");
 }
 
-/// At gamma = .01 one of the 41 groups of the spheroid lies between nodes of the held surface.
+/// At gamma = .01 one of the 41 groups of the spheroid lies between nodes of the held surface. In the full reading the best
+/// stiffness of several other groups is 0, which leaves nodes loose: the refusal says that, and accuses no group.
 #[test]
 fn small_groups_of_the_spheroid_do_not_stop_the_others() {
-    for (objective, unseen) in [(LOADED, 0), (OFF_DIAGONAL, 3)] {
-        let found = run(&format!(
+    let text = |objective: &str| {
+        format!(
             "[geometry]\nshape = \"spheroid\"\n[material]\nyoung = 15e3\npoisson = 0.3333333333333333\n[support]\n\
              faces = [\"z-\"]\n[[load]]\nforce_per_node = [100.0, -50.0, 50.0]\n[calibration]\ngamma = 0.01\n{objective}\n"
-        ))
-        .calibration;
+        )
+    };
+    let message = refusal(&text(MATRIX));
+    assert!(message.starts_with("the fitted network is a mechanism with 8 zero modes"), "{message}");
+    for (objective, unseen) in [(LOADED, 0), (OFF_DIAGONAL, 3)] {
+        let found = run(&text(objective)).calibration;
         assert_eq!(found.grouping.groups.len(), 41);
         assert!(found.left_out[0].contains("1 of 41 groups (\"length_17\"): their springs act on no free node"));
         let left_out = found.determined.iter().filter(|determined| !**determined).count();

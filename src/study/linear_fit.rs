@@ -61,7 +61,7 @@ impl Goal {
     /// What is made small for one grouping.
     ///
     /// # Errors
-    /// [`Error::Input`] where the equations do not tell groups apart.
+    /// [`crate::error::Error::Input`] where the equations do not tell groups apart.
     pub fn search<'a>(&'a self, given: &'a Given, grouping: &'a Grouping) -> Result<Search<'a>> {
         let Lattice { network, coefficients, .. } = given.lattice;
         let dofs = &given.body.dofs;
