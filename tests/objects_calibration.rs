@@ -4,7 +4,7 @@
 //! The table is printed with `cargo test --test objects_calibration -- --nocapture`.
 
 use serde_json::Value;
-use springfit::calibration::optimiser::TracePoint;
+use springfit::calibration::optimiser::{Stop, TracePoint};
 use springfit::clock::{Progress, Stopwatch};
 use springfit::scene::{self, Source};
 use springfit::study::{self, fit::Calibration};
@@ -122,10 +122,10 @@ fn objects_json_calibrated_errors_of_every_row() {
             );
             let mut faults: Vec<String> =
                 [&starts, &polished, &annealed].iter().flat_map(|c| faults(c, &row)).collect();
-            if newton < -0.1 {
+            if newton < -0.01 {
                 println!("a find: Gauss-Newton is {:.3} % below the best known error", -newton);
             }
-            if newton > 0.1 {
+            if newton > 0.01 {
                 faults.push(format!("Gauss-Newton is {newton:.3} % above the best known error"));
             }
             if until.is_none_or(|n| n > FACTORISATIONS) {
@@ -150,4 +150,43 @@ fn objects_json_calibrated_errors_of_every_row() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Issue 16: on the ellipse, weighting "springs", starts disagree; the best known errors are 5.9005 % (22 groups) and 5.3972 %
+/// (28). The defaults find them with any seed, and say what the starts found.
+#[test]
+fn the_ellipse_has_local_minima_and_the_defaults_find_the_lowest_known() {
+    let ellipse = ("ellipse", "[6, 6]", "[2, 2]", "y-", "[1600.0, 200.0]");
+    for (gamma, groups, best) in [(0.01, 22, 5.9005), (0.001, 28, 5.3972)] {
+        for seed in 1..=3 {
+            let row = Known { weighting: "springs", gamma, groups, best };
+            let found = calibrate(&ellipse, &row, &format!("seed = {seed}"));
+            assert!(faults(&found, &row).is_empty(), "{:?}", faults(&found, &row));
+            let outcome = &found.sweep[0].outcome;
+            let of = outcome.agreement.expect("several starts");
+            assert!(found.fitted.e_rms < 1.0001 * best, "{groups} groups, seed {seed}: {} {of:?}", found.fitted.e_rms);
+            assert!(of.starts > 8 && of.worst > 1.0 && of.hops >= 16, "{of:?}");
+            assert_eq!(found.disagreement().is_some(), outcome.stop == Stop::StartsDisagree);
+        }
+    }
+}
+
+/// One start has nobody to agree with; two that end apart do not converge.
+#[test]
+fn starts_that_end_apart_are_not_told_as_converged() {
+    let ellipse = ("ellipse", "[6, 6]", "[2, 2]", "y-", "[1600.0, 200.0]");
+    let row = Known { weighting: "springs", gamma: 0.001, groups: 28, best: 5.3972 };
+    let found = calibrate(&ellipse, &row, "starts = 4");
+    let (outcome, of) = (&found.sweep[0].outcome, found.sweep[0].outcome.agreement.expect("four starts"));
+    assert_eq!((of.starts, of.agreeing, of.hops), (4, 1, 0));
+    assert_eq!(outcome.stop, Stop::StartsDisagree);
+    assert!(found.disagreement().is_some_and(|words| words.starts_with("1 of 4 starts")), "{:?}", found.disagreement());
+    let square = ("square", "[6, 6]", "[2, 2]", "y-", "[200.0, -200.0]");
+    let row = Known { weighting: "cells", gamma: 0.1, groups: 2, best: 1.1275983099890676 };
+    let found = calibrate(&square, &row, "");
+    assert_eq!(
+        found.sweep[0].outcome.agreement.expect("starts").agreeing,
+        found.sweep[0].outcome.agreement.expect("starts").starts
+    );
+    assert!(found.disagreement().is_none());
 }

@@ -6,6 +6,7 @@
 //! | `displacement` | the other tables of chapter 5: displacement calibrations |
 //! | [`motion`] | experiments 4.II and 5.V: networks in motion |
 //! | [`frontier`] | errors on loads outside the fit: groups that adapt beside groups by length |
+//! | [`steady`] | the ladder of the frontier in other units, node numbers, threads and seeds |
 //! | [`strain`] | the global strain (4.17) of the six bodies, by other definitions and under other supports |
 //! | `words` | the sentences, each made from the numbers beside it |
 //! | [`smoothed`] | the second source: smoothed finite elements on good and bad meshes |
@@ -21,6 +22,7 @@ mod meshes;
 pub mod motion;
 pub mod release;
 pub mod smoothed;
+pub mod steady;
 pub mod strain;
 mod words;
 
@@ -35,7 +37,11 @@ use crate::report::thesis::TABLES;
 pub fn known() -> Vec<&'static str> {
     let linear = linear::TABLES.iter().map(|(id, _)| *id);
     let displacement = TABLES.iter().map(|table| table.id);
-    linear.chain(displacement).chain(motion::known()).chain([strain::NAME, smoothed::NAME, frontier::NAME]).collect()
+    linear
+        .chain(displacement)
+        .chain(motion::known())
+        .chain([strain::NAME, smoothed::NAME, frontier::NAME, steady::NAME])
+        .collect()
 }
 
 /// What was reproduced.
@@ -94,6 +100,10 @@ pub fn run(ids: &[String], progress: &Progress) -> Result<Reproduced> {
     if wanted(frontier::NAME) {
         let rows = frontier::run(None, progress)?;
         found.add(&rows, &frontier::table(&rows));
+    }
+    if wanted(steady::NAME) {
+        let rows = steady::run(None, None, progress)?;
+        found.add(&rows, &steady::table(&rows));
     }
     Ok(found)
 }

@@ -24,7 +24,7 @@ use super::ties::ranked;
 use super::worker::Worker;
 
 /// Probes of the curvature.
-const PROBES: usize = 32;
+const PROBES: usize = 64;
 
 /// Splits that are solved exactly.
 const SHORTLIST: usize = 96;

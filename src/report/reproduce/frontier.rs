@@ -41,8 +41,9 @@ const HELD_OUT: [&str; 4] = ["uniform_x", "uniform_y", "bending", "point"];
 pub const GROUPS: [usize; 2] = [16, 32];
 
 /// A row of the table.
-struct Asked {
-    body: &'static str,
+pub(super) struct Asked {
+    /// The body.
+    pub(super) body: &'static str,
     topology: &'static str,
     /// Random smooth loads in F beyond the four.
     more_loads: usize,
@@ -61,7 +62,7 @@ const fn beyond(body: &'static str, topology: &'static str, more_loads: usize) -
 }
 
 /// The rows, in their order.
-const ROWS: &[Asked] = &[
+pub(super) const ROWS: &[Asked] = &[
     row("square", [0.24, 0.12], [2.43, 2.30]),
     row("circle", [1.40, 1.27], [6.5, 7.5]),
     row("ellipse", [5.46, 4.81], [14.0, 15.6]),
@@ -153,7 +154,7 @@ fn of_thesis(body: &str) -> &'static Experiment {
 }
 
 /// A body under its loads, solved.
-struct Bench {
+pub(super) struct Bench {
     scene: Scene,
     body: Body,
     loads: Vec<LoadCase>,
@@ -163,9 +164,12 @@ struct Bench {
 impl Bench {
     /// The loads of c0 or of F, and those of H.
     fn new(asked: &Asked, all: bool, progress: &Progress) -> Result<Self> {
-        progress.check()?;
-        let body = body::build(&plain_scene(asked)?)?;
-        let scene = body.resolved.clone();
+        Self::of(&plain_scene(asked)?, asked, all, progress)
+    }
+
+    /// The same on another scene of the body of a row.
+    pub(super) fn of(scene: &Scene, asked: &Asked, all: bool, progress: &Progress) -> Result<Self> {
+        let body = body::build(scene)?;
         let second = if body.dofs.dimension() == 3 { "uniform_z" } else { "radial" };
         let fitted = if all { vec![SOURCE, second, "torsion", "random_smooth"] } else { vec![SOURCE] };
         let named = fitted.iter().map(|name| (*name, true)).chain(HELD_OUT.map(|name| (name, false)));
@@ -174,6 +178,27 @@ impl Bench {
             let load = load_fields::load(&Field::RandomSmooth { seed }, 1.0, body.positions(), &body.dofs)?;
             loads.push(LoadCase { name: format!("random_{seed}"), fit: true, load });
         }
+        Self::solved(body, loads, progress)
+    }
+
+    /// Fields in the place of forces from the file: a random smooth one or three are fitted, torsion and a radial one held out.
+    pub(super) fn of_fields(scene: &Scene, all: bool, progress: &Progress) -> Result<Self> {
+        let body = body::build(scene)?;
+        let axis = if body.dofs.dimension() == 3 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] };
+        let random = (1..=if all { 3 } else { 1 }).map(|seed| (Field::RandomSmooth { seed }, true));
+        let held_out = [Field::Torsion { axis }, Field::Radial].map(|field| (field, false));
+        let case = |(field, fit): (Field, bool)| {
+            let load = load_fields::load(&field, 1.0, body.positions(), &body.dofs)?;
+            Ok(LoadCase { name: String::new(), fit, load })
+        };
+        let loads = random.chain(held_out).map(case).collect::<Result<Vec<_>>>()?;
+        Self::solved(body, loads, progress)
+    }
+
+    /// Solves the continuum, and scales every load to the same displacement.
+    fn solved(body: Body, mut loads: Vec<LoadCase>, progress: &Progress) -> Result<Self> {
+        progress.check()?;
+        let scene = body.resolved.clone();
         let mut reference = study::solve_reference(&body, &loads, progress)?;
         for (case, answer) in loads.iter_mut().zip(&mut reference.cases) {
             let factor = 1.0 / answer.u_max;
@@ -189,13 +214,24 @@ impl Bench {
         fit::calibrate(Given { scene, body, loads, reference, lattice: &lattice }, progress, &Checkpoint::none())
     }
 
-    /// Groups that adapt: one entry for each of [`GROUPS`].
-    fn adaptive(&self, progress: &Progress) -> Result<Vec<Fit>> {
+    /// A ladder to so many groups.
+    pub(super) fn ladder(&self, groups: usize, progress: &Progress) -> Result<Calibration> {
         let mut scene = self.scene.clone();
         scene.springs.grouping = scene::ADAPTIVE.into();
         scene.springs.profile = Some("inverse_square".into());
-        scene.springs.groups = GROUPS[GROUPS.len() - 1];
-        let found = self.calibrate(&scene, progress)?;
+        scene.springs.groups = groups;
+        self.calibrate(&scene, progress)
+    }
+
+    /// The ends of every spring, ascending.
+    pub(super) fn ends(&self) -> Result<Vec<[u32; 2]>> {
+        let ends = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+        Ok(network::build(&self.scene, &self.body)?.network.springs.iter().map(|spring| ends(spring.nodes)).collect())
+    }
+
+    /// Groups that adapt: one entry for each of [`GROUPS`].
+    fn adaptive(&self, progress: &Progress) -> Result<Vec<Fit>> {
+        let found = self.ladder(GROUPS[GROUPS.len() - 1], progress)?;
         let last = found.ladder.last();
         // a ladder that ended early keeps what it found
         let rung = |groups: usize| found.ladder.iter().find(|rung| rung.groups >= groups).or(last);
@@ -231,7 +267,7 @@ fn of_rung(rung: &Rung) -> Fit {
 }
 
 /// The body of a row as a scene; its load only makes it one, the loads of the table take its place.
-fn plain_scene(asked: &Asked) -> Result<Scene> {
+pub(super) fn plain_scene(asked: &Asked) -> Result<Scene> {
     let experiment = of_thesis(asked.body);
     let source = Source { name: asked.body.into(), text: experiment.scene("cells", "gauss_newton", 1) };
     let mut scene = scene::parse(&source).map_err(|located| located.error)?;
