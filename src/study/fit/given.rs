@@ -58,6 +58,16 @@ pub(in crate::study) struct Cases {
     pub weights: Vec<f64>,
 }
 
+/// A network under all loads.
+struct Loaded {
+    /// Its displacements (cases x n), m.
+    displacement: Vec<f64>,
+    /// How sure they are; none under large displacements.
+    accuracy: Option<Accuracy>,
+    /// [`deviation::deviations`].
+    deviations: Vec<Option<f64>>,
+}
+
 impl Given<'_> {
     /// Indices of the fitted load cases.
     pub(super) fn fitted(&self) -> Vec<usize> {
@@ -184,18 +194,12 @@ impl Given<'_> {
         }
     }
 
-    /// The network with `phi` under all loads: displacements (cases x n), m, where they are linear how sure they are, and how well the
-    /// fitted ones determine phi.
-    fn under_all_loads(
-        &self,
-        problem: &SweepProblem,
-        grouping: &Grouping,
-        phi: &[f64],
-    ) -> Result<(Vec<f64>, Option<Accuracy>, Vec<Option<f64>>)> {
+    /// The network with `phi` under all loads.
+    fn under_all_loads(&self, problem: &SweepProblem, grouping: &Grouping, phi: &[f64]) -> Result<Loaded> {
         if large::is_asked(self.scene) {
             let all: Vec<usize> = (0..self.loads.len()).collect();
             let displacement = large::network(self, grouping, phi, &all, &Interrupt::default())?;
-            return Ok((displacement, None, vec![None; phi.len()]));
+            return Ok(Loaded { displacement, accuracy: None, deviations: vec![None; phi.len()] });
         }
         let forces: Vec<f64> = self.loads.iter().flat_map(|case| case.load.forces.iter().copied()).collect();
         let settings = sweep::exact(&problem.operator, &network::settings(self.scene));
@@ -207,7 +211,7 @@ impl Given<'_> {
             .map_err(|error| self.opened(error, problem, phi))?;
         let accuracy = solver.accuracy(&problem.operator.members(), phi, &forces, &displacement)?;
         let deviations = deviation::deviations(self, &mut solver, (phi, &problem.upper), &displacement)?;
-        Ok((displacement, Some(accuracy), deviations))
+        Ok(Loaded { displacement, accuracy: Some(accuracy), deviations })
     }
 
     /// A fitted network that does not bear every load, for it is nearly loose: the node that is.
@@ -250,7 +254,7 @@ impl Given<'_> {
         let determined = undetermined::determined(self, problem, &grouping);
         complete(&mut phi, &problem.upper, &determined);
         let n = self.body.dofs.len();
-        let (displacement, accuracy, deviations) = self.under_all_loads(problem, &grouping, &phi)?;
+        let Loaded { displacement, accuracy, deviations } = self.under_all_loads(problem, &grouping, &phi)?;
         let displacements: Vec<Vec<f64>> = displacement.chunks_exact(n).map(<[f64]>::to_vec).collect();
         let pairs = self.reference.cases.iter().zip(&displacements);
         let errors = pairs.clone().map(|(case, u)| errors::errors(&self.body.dofs, &case.displacement, u)).collect();
