@@ -4,13 +4,13 @@
 //! again and again; where they do not, the best one is perturbed and descended from anew (basin hopping: D. J. Wales and J. P. K. Doye,
 //! J. Phys. Chem. A 101, 1997).
 //!
-//! 1. Starts go down in rounds of [`ROUND`], a few factorisations each, until [`ENOUGH`] of them end at the best error or all are spent.
-//! 2. The best [`POLISHED`] that had spent their factorisations go on: the one that leads early need not lead in the end.
+//! 1. Starts go down in rounds of eight, a few factorisations each, until three of them end at the best error or all are spent.
+//! 2. The best four that had spent their factorisations go on: the one that leads early need not lead in the end.
 //! 3. Hops: one to three groups of the best network are multiplied by a factor between 2 and 30, up or down, or in every other hop all
-//!    groups by factors around 1, and all are fitted again. A lower end takes the place of the best; [`PATIENCE`] hops without one
+//!    groups by factors around 1, and all are fitted again. A lower end takes the place of the best; sixteen hops without one
 //!    end the search, twice as many where no other start agrees.
 //!
-//! Errors within [`SAME`] are the same minimum. How many starts agreed, how far the others ended above, and how many hops were made is
+//! Errors within 1e-4 of each other ([`SAME`]) are the same minimum. How many starts agreed, how far the others ended above, and how many hops were made is
 //! in the outcome ([`Agreement`]); a best error that a single start or hop found is not told as converged. What a scene says of starts
 //! is done to the letter: so many starts, and no hop.
 
