@@ -187,7 +187,7 @@ fn pieces_that_are_known_are_not_done_again() {
     let membrane = membrane(5, |[i, ..]| i == 0);
     let usual = Settings { starts: Some(3), chains: 3, evaluations: 60, ..Settings::default() };
     let short = Settings { refactorisations: 3, ..usual };
-    let rows = [("gauss_newton", usual, 3), ("annealing", usual, 3), ("hybrid", usual, 6), ("gauss_newton", short, 6)];
+    let rows = [("gauss_newton", usual, 3), ("annealing", usual, 3), ("hybrid", usual, 6), ("gauss_newton", short, 5)];
     for (optimiser, settings, pieces) in rows {
         let told = Mutex::new(Vec::<(Piece, Outcome)>::new());
         let tell = |piece, outcome: &Outcome| told.lock().expect("no panic").push((piece, outcome.clone()));
@@ -201,7 +201,8 @@ fn pieces_that_are_known_are_not_done_again() {
         assert_eq!(names.len(), pieces, "every piece has its own name");
         assert!(names.iter().all(|piece| piece.problem == 0 && piece.stage != Stage::Answer));
         let polished = names.iter().filter(|piece| piece.stage == Stage::Polish).count();
-        assert_eq!(polished, if settings == short { 3 } else { 0 }, "{optimiser}");
+        // two of the three starts are near the best one and have spent what they had
+        assert_eq!(polished, if settings == short { 2 } else { 0 }, "{optimiser}");
 
         let find = |piece| all.iter().find(|(name, _)| *name == piece).map(|(_, outcome)| outcome.clone());
         let (asked, done_again) = (AtomicUsize::new(0), AtomicUsize::new(0));
