@@ -69,8 +69,18 @@ fn same(what: &str, a: &Value, b: &Value) {
     }
 }
 
+/// A result without what only a fit can tell: how well its loads determine a stiffness.
+fn of_the_network(result: &Value) -> Value {
+    let mut result = result.clone();
+    for group in result["calibration"]["groups"].as_array_mut().expect("groups") {
+        group.as_object_mut().expect("a group").remove("log_deviation");
+    }
+    result
+}
+
 /// All that is told of a network is the same: errors, both sides, groups, steps.
 fn judged_alike(a: &Value, b: &Value) {
+    let [a, b] = [a, b].map(of_the_network);
     for pointer in [
         "/sizes",
         "/calibration/e_rms",
