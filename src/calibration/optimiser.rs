@@ -174,17 +174,20 @@ impl Outcome {
     }
 }
 
-/// The best of several outcomes, with the work of all of them; the first of equals.
+/// Part of an error within which another one is equal to it: below is how far from the bottom a search ended, and rounding.
+pub const EQUAL: f64 = 1e-8;
+
+/// The best of several outcomes, with the work of all of them: the first within [`EQUAL`] of the lowest error, so that of ends in the
+/// same valley rounding chooses none.
 ///
 /// # Panics
 /// When there is none.
 pub fn best(outcomes: Vec<Outcome>) -> Outcome {
     let mut total = Counts::default();
     outcomes.iter().for_each(|outcome| total += outcome.counts);
-    let mut best = outcomes
-        .into_iter()
-        .reduce(|best, next| if next.error < best.error { next } else { best })
-        .expect("an optimiser has at least one start");
+    let lowest = outcomes.iter().fold(f64::INFINITY, |lowest, outcome| lowest.min(outcome.error));
+    let first = outcomes.iter().position(|outcome| outcome.error <= (1.0 + EQUAL) * lowest).unwrap_or(0);
+    let mut best = outcomes.into_iter().nth(first).expect("an optimiser has at least one start");
     best.counts = total;
     best
 }
