@@ -8,7 +8,7 @@
 //! 2. The best four that had spent their factorisations go on: the one that leads early need not lead in the end.
 //! 3. Hops: one to three groups of the best network are multiplied by a factor between 2 and 30, up or down, or in every other hop all
 //!    groups by factors around 1, and all are fitted again. A lower end takes the place of the best; sixteen hops without one
-//!    end the search, twice as many where no other start agrees.
+//!    end the search, four where most starts agree, and thirty-two where no other does.
 //!
 //! Errors within 1e-4 of each other ([`SAME`]) are the same minimum. How many starts agreed, how far the others ended above, and how many hops were made is
 //! in the outcome ([`Agreement`]); a best error that a single start or hop found is not told as converged. What a scene says of starts
@@ -30,6 +30,9 @@ const ENOUGH: usize = 3;
 /// Starts that are polished at most, and how far above the best one they may be.
 const POLISHED: usize = 4;
 const NEAR: f64 = 0.1;
+
+/// How far above the best network a hop may end after its first factorisations to go on.
+const HOP_NEAR: f64 = 0.02;
 
 /// Hops that go down side by side.
 const HOPS: usize = 4;
@@ -123,7 +126,11 @@ fn same_as(lowest: f64, errors: &[f64]) -> usize {
 
 /// Hops without a lower end that are enough, beside the errors of the starts.
 pub fn patience(lowest: f64, errors: &[f64]) -> usize {
-    if same_as(lowest, errors) < 2 { 2 * PATIENCE } else { PATIENCE }
+    match same_as(lowest, errors) {
+        agreeing if 2 * agreeing > errors.len() => PATIENCE / 4,
+        agreeing if agreeing < 2 => 2 * PATIENCE,
+        _ => PATIENCE,
+    }
 }
 
 /// Hops until enough of them in a row end no lower.
@@ -132,7 +139,7 @@ fn hop(problem: &Problem, settings: &Settings, mut lowest: Outcome, errors: &mut
     while without < patience(lowest.error, errors) && hops < MOST_HOPS && lowest.error > 0.0 {
         let go = |number: usize| {
             let found = descend(problem, settings, &perturbed(problem, &lowest.phi, number))?;
-            let promising = found.stop == Stop::RefactorisationLimit && found.error <= (1.0 + NEAR) * lowest.error;
+            let promising = found.stop == Stop::RefactorisationLimit && found.error <= (1.0 + HOP_NEAR) * lowest.error;
             let further = Settings { refactorisations: settings.polish, ..*settings };
             match promising && settings.polish > 0 {
                 true => Ok(found.clone().followed_by(descend(problem, &further, &found.phi)?)),
