@@ -190,7 +190,7 @@ impl Outcome {
     pub(super) fn agreed(self, errors: &mut [f64], [hops, returned]: [usize; 2]) -> Self {
         errors.sort_by(f64::total_cmp);
         let agreeing = same_as(self.error, errors);
-        let above = |error: f64| 100.0 * (error / self.error.max(f64::MIN_POSITIVE) - 1.0);
+        let above = |error: f64| (100.0 * (error / self.error.max(f64::MIN_POSITIVE) - 1.0)).max(0.0);
         let (median, worst) = (above(errors[errors.len() / 2]), above(errors[errors.len() - 1]));
         let agreement = Agreement { starts: errors.len(), agreeing, median, worst, hops, returned };
         let alone = errors.len() > 1 && agreeing + returned < 2 && self.error > 0.0;
