@@ -53,7 +53,7 @@ pub enum Error {
     /// The network or body can move without resistance.
     #[error("the {what} is a mechanism with {modes} zero mode{}: {}", if *modes == 1 { "" } else { "s" }, list(motions))]
     Mechanism {
-        /// "reference body", "spring network" before a fit, "fitted network" after it.
+        /// "reference body", "spring network" before a fit, "fitted network" after it, "given network" where nothing is fitted.
         what: String,
         /// Independent ways to move without resistance.
         modes: usize,

@@ -192,16 +192,19 @@ fn fit_and_formula(method: &str, mesh: &Mesh, thickness: f64, poisson: f64, read
     let body = element(method, mesh, thickness, poisson);
     let reduced = body.target(reading).reduce(&body.kinds);
     let fitted = least_squares::solve(&reduced, &vec![1e9; reduced.groups()]).expect("independent columns");
-    let given = formulas::Given {
-        mesh,
-        network: &body.network,
-        dofs: &body.dofs,
-        young: YOUNG,
-        poisson,
-        thickness,
-        plane_strain: false,
-    };
+    let given = given(&body, mesh, thickness, ByHand { poisson, plane_strain: false });
     (fitted, formulas::find("lloyd").expect("in the table").stiffness(&given).expect("a regular cell"))
+}
+
+/// What a formula reads of a body.
+fn given<'a>(
+    body: &'a Body,
+    mesh: &'a Mesh,
+    thickness: f64,
+    ByHand { poisson, plane_strain }: ByHand,
+) -> formulas::Given<'a> {
+    let (network, dofs) = (&body.network, &body.dofs);
+    formulas::Given { mesh, network, dofs, young: YOUNG, poisson, thickness, plane_strain }
 }
 
 #[test]
@@ -239,19 +242,10 @@ struct ByHand {
 const SOFT: ByHand = ByHand { poisson: 0.2, plane_strain: false };
 
 /// The stiffness of every spring by a formula, by its ends.
-fn by_formula(name: &str, mesh: &Mesh, ByHand { poisson, plane_strain }: ByHand) -> Result<Vec<([u32; 2], f64)>> {
+fn by_formula(name: &str, mesh: &Mesh, by_hand: ByHand) -> Result<Vec<([u32; 2], f64)>> {
     let (method, thickness) = if mesh.dimension() == 2 { ("t3", THICKNESS) } else { ("t4", 1.0) };
-    let body = element(method, mesh, thickness, poisson);
-    let given = formulas::Given {
-        mesh,
-        network: &body.network,
-        dofs: &body.dofs,
-        young: YOUNG,
-        poisson,
-        thickness,
-        plane_strain,
-    };
-    let k = formulas::find(name).expect("in the table").stiffness(&given)?;
+    let body = element(method, mesh, thickness, by_hand.poisson);
+    let k = formulas::find(name).expect("in the table").stiffness(&given(&body, mesh, thickness, by_hand))?;
     let mut of: Vec<([u32; 2], f64)> = body.network.springs.iter().map(|spring| spring.nodes).zip(k).collect();
     of.iter_mut().for_each(|(nodes, _)| nodes.sort_unstable());
     of.sort_by_key(|(nodes, _)| *nodes);

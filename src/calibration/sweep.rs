@@ -86,6 +86,8 @@ pub struct Shared<'a> {
     pub weights: &'a [f64],
     /// The free degrees of freedom, to name loose nodes.
     pub dofs: &'a DofMap,
+    /// What an answer is called in an error.
+    pub what: &'static str,
     /// How K(phi) u = f is solved while the optimiser searches.
     pub solver: &'a solver::Settings,
     /// Pieces that are known already, and who hears of new ones.
@@ -230,7 +232,7 @@ impl<'a> One<'a> {
     fn loose(&self, error: Error, phi: &[f64]) -> Error {
         match (&error, self.problem.operator.assembled()) {
             (Error::NotPositiveDefinite { .. }, Some((stiffness, symbolic))) => {
-                mechanism::of_groups("fitted network", stiffness, phi, self.shared.dofs, symbolic)
+                mechanism::of_groups(self.shared.what, stiffness, phi, self.shared.dofs, symbolic)
                     .err()
                     .unwrap_or(error)
             }

@@ -107,7 +107,9 @@ fn key_of(error: &Error, text: &str, document: &Document<&str>) -> Option<String
             files.into_iter().find(|entry| path.ends_with(name(entry.value.clone()))).map(|entry| entry.key)
         }
         Error::FoldedElement { .. } => Some("geometry".into()),
-        Error::Mechanism { what, .. } if what.starts_with("fitted") => Some("calibration".into()),
+        Error::Mechanism { what, .. } if ["fitted", "given"].iter().any(|word| what.starts_with(word)) => {
+            Some("calibration".into())
+        }
         Error::Mechanism { what, .. } => {
             let topology = given("springs.topology").filter(|_| what.starts_with("spring"));
             Some(topology.map_or("support".into(), |entry| entry.key))

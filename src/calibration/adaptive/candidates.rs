@@ -9,9 +9,9 @@
 //! ```
 //!
 //! Neither part needs the column. c . P r is the sum over S of the adjoint gradient for z = P r. And for a vector z of
-//! independent normal numbers ([`super::places`]) (c . P z)^2 is |P c|^2 on average (M. F. Hutchinson, Commun. Stat. Simul. Comput. 18, 1989), so
-//! a few such probes, solved with P r in one block, give the curvature of *every* set: prefix sums over the springs of
-//! a group, sorted by a feature, run through its thresholds. The best are solved exactly in [`super::exact`].
+//! independent normal numbers ([`super::places`]) (c . P z)^2 is |P c|^2 on average (M. F. Hutchinson, Commun. Stat. Simul.
+//! Comput. 18, 1989), so some such probes, solved with P r in one block, give the curvature of *every* set: prefix sums over the
+//! springs of a group, sorted by a feature, run through its thresholds. The best are solved exactly in [`super::exact`].
 //!
 //! P takes the groups between their bounds as free. A group at a bound may split too, if one half wants to leave it.
 

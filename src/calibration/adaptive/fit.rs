@@ -6,8 +6,8 @@
 //! F^2 = e^2 + rho^2 sum_a v_a (x_a - y)^2,       x = arsinh(phi / c),      rho = PULL e_0
 //! ```
 //!
-//! ([`crate::calibration::prior`]; e_0: the error of the rung before). Directions of phi that the loads do not determine are flat in e; there the
-//! prior alone has a minimum. It raises the error by less than rho^2 / (2 e^2) times the variance of x over the springs: below a
+//! ([`crate::calibration::prior`]; e_0: the error of the rung before). Directions of phi that the loads do not determine are
+//! flat in e; there the prior alone has a minimum. It raises the error by less than rho^2 / (2 e^2) times the variance of x over the springs: below a
 //! thousandth of it where their x differ by 4 (a factor of 50) in the root mean square.
 
 use crate::calibration::optimisers::descent::Descent;

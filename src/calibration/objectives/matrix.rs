@@ -4,7 +4,8 @@
 //! e = 100 |K_ref - K(phi)|_F / |K_ref|_F,      K(phi) = sum_a phi_a K_a
 //! ```
 //!
-//! over the free degrees of freedom, in percent; both norms run over the same blocks, those that the reading compares. A spring s between the nodes i and j with direction d puts
+//! over the free degrees of freedom, in percent; both norms run over the same blocks, those that the reading compares. A
+//! spring s between the nodes i and j with direction d puts
 //!
 //! ```text
 //! -k_s d d^T into the blocks ij and ji,      k_s d d^T into the blocks ii and jj,       k_s = phi_a w_s

@@ -10,9 +10,9 @@
 //!    groups by factors around 1, and all are fitted again. A lower end takes the place of the best; sixteen hops without one
 //!    end the search, four where most starts agree, and thirty-two where no other does.
 //!
-//! Errors within 1e-4 of each other ([`SAME`]) are the same minimum. How many starts agreed, how far the others ended above, and how many hops were made is
-//! in the outcome ([`Agreement`]); a best error that a single start or hop found is not told as converged. What a scene says of starts
-//! is done to the letter: so many starts, and no hop.
+//! Errors within 1e-4 of each other are the same minimum. How many starts agreed, how far the others ended above, and how many
+//! hops were made is in the outcome ([`Agreement`]); a best error that a single start or hop found is not told as converged.
+//! What a scene says of starts is done to the letter: so many starts, and no hop.
 
 use crate::calibration::objective::Problem;
 use crate::calibration::optimiser::{Agreement, Outcome, Settings, Stop, best};
@@ -35,13 +35,13 @@ const NEAR: f64 = 0.1;
 const HOP_NEAR: f64 = 0.02;
 
 /// Hops that go down side by side.
-const HOPS: usize = 4;
+const SIDE_BY_SIDE: usize = 4;
 
 /// Hops without a lower end after which the search stops.
 const PATIENCE: usize = 16;
 
 /// Hops at most.
-pub const MOST_HOPS: usize = 96;
+const MOST_HOPS: usize = 96;
 
 /// Groups that a hop of a few moves at most, and the decades of its factors; standard deviation of the decades of a hop of all.
 const MOVED: usize = 3;
@@ -55,7 +55,7 @@ const FROM_ZERO: f64 = 0.1;
 const HOP_STREAM: usize = 1000;
 
 /// Errors within this part of each other are one minimum.
-pub const SAME: f64 = 1e-4;
+const SAME: f64 = 1e-4;
 
 /// Evaluations that a problem of so many groups takes at most, on an ordinary search.
 pub fn expected_evaluations(settings: &Settings, groups: usize) -> u64 {
@@ -108,7 +108,7 @@ pub fn finish(problem: &Problem, settings: &Settings, mut found: Vec<Outcome>) -
     let mut errors: Vec<f64> = found.iter().map(|outcome| outcome.error).collect();
     let first = best(found);
     if settings.starts.is_some() || errors.len() < 2 {
-        return Ok(first.agreed(&mut errors, [0, 0]));
+        return Ok(first.agreed(&mut errors, &Hops::default()));
     }
     hop(problem, settings, first, &mut errors)
 }
@@ -124,19 +124,44 @@ fn same_as(lowest: f64, errors: &[f64]) -> usize {
     errors.iter().filter(|error| **error <= (1.0 + SAME) * lowest).count()
 }
 
-/// Hops without a lower end that are enough, beside the errors of the starts.
-pub fn patience(lowest: f64, errors: &[f64]) -> usize {
-    match same_as(lowest, errors) {
-        agreeing if 2 * agreeing > errors.len() => PATIENCE / 4,
-        agreeing if agreeing < 2 => 2 * PATIENCE,
-        _ => PATIENCE,
+/// What hops have found, beside the errors of the starts.
+#[derive(Debug, Default)]
+pub struct Hops {
+    /// How many were made.
+    pub made: usize,
+    /// How many came back to the best error since it was found.
+    pub returned: usize,
+    /// How many ended no lower since it was found.
+    without: usize,
+}
+
+impl Hops {
+    /// True while more of them may find a lower error than `lowest`: where few of the starts agree, more are needed.
+    pub fn go_on(&self, lowest: f64, errors: &[f64]) -> bool {
+        let patience = match same_as(lowest, errors) {
+            agreeing if 2 * agreeing > errors.len() => PATIENCE / 4,
+            agreeing if agreeing < 2 => 2 * PATIENCE,
+            _ => PATIENCE,
+        };
+        self.without < patience && self.made < MOST_HOPS && lowest > 0.0
+    }
+
+    /// Counts the ends of some hops from a network with the error `before`; infinite where one had none.
+    pub fn count(&mut self, before: f64, ends: &[f64]) {
+        self.made += ends.len();
+        if ends.iter().any(|end| *end < (1.0 - SAME) * before) {
+            (self.without, self.returned) = (0, 0);
+        } else {
+            self.without += ends.len();
+            self.returned += same_as(before, ends);
+        }
     }
 }
 
 /// Hops until enough of them in a row end no lower.
 fn hop(problem: &Problem, settings: &Settings, mut lowest: Outcome, errors: &mut [f64]) -> Result<Outcome> {
-    let (mut hops, mut returned, mut without) = (0, 0, 0);
-    while without < patience(lowest.error, errors) && hops < MOST_HOPS && lowest.error > 0.0 {
+    let mut hops = Hops::default();
+    while hops.go_on(lowest.error, errors) {
         let go = |number: usize| {
             let found = descend(problem, settings, &perturbed(problem, &lowest.phi, number))?;
             let promising = found.stop == Stop::RefactorisationLimit && found.error <= (1.0 + HOP_NEAR) * lowest.error;
@@ -146,25 +171,21 @@ fn hop(problem: &Problem, settings: &Settings, mut lowest: Outcome, errors: &mut
                 false => Ok(found),
             }
         };
-        let mut ends = Vec::with_capacity(HOPS);
-        for outcome in problem.pieces(Stage::Hop, hops..hops + HOPS, go) {
+        let (before, mut ends) = (lowest.error, vec![f64::INFINITY; SIDE_BY_SIDE]);
+        let outcomes = problem.pieces(Stage::Hop, hops.made..hops.made + SIDE_BY_SIDE, go);
+        for (end, outcome) in ends.iter_mut().zip(outcomes) {
             match outcome {
-                Ok(outcome) => ends.push(outcome),
+                Ok(outcome) => {
+                    *end = outcome.error;
+                    lowest = best(vec![lowest, outcome]);
+                }
                 Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. } | Error::NoEquilibrium { .. }) => {}
                 Err(other) => return Err(other),
             }
         }
-        hops += HOPS;
-        let before = lowest.error;
-        returned += ends.iter().filter(|end| (end.error / before - 1.0).abs() <= SAME).count();
-        lowest = best([vec![lowest], ends].concat());
-        if lowest.error < (1.0 - SAME) * before {
-            (without, returned) = (0, 0);
-        } else {
-            without += HOPS;
-        }
+        hops.count(before, &ends);
     }
-    Ok(lowest.agreed(errors, [hops, returned]))
+    Ok(lowest.agreed(errors, &hops))
 }
 
 /// The numbers of a network with a few of them moved, in the random stream of this hop.
@@ -186,13 +207,14 @@ pub fn perturbed(problem: &Problem, phi: &[f64], hop: usize) -> Vec<f64> {
 }
 
 impl Outcome {
-    /// This outcome with what the `errors` of all starts say, and hops: how many, and how many came back to it.
-    pub(super) fn agreed(self, errors: &mut [f64], [hops, returned]: [usize; 2]) -> Self {
+    /// This outcome with what the `errors` of all starts say, and the hops.
+    pub(super) fn agreed(self, errors: &mut [f64], hops: &Hops) -> Self {
         errors.sort_by(f64::total_cmp);
         let agreeing = same_as(self.error, errors);
         let above = |error: f64| (100.0 * (error / self.error.max(f64::MIN_POSITIVE) - 1.0)).max(0.0);
         let (median, worst) = (above(errors[errors.len() / 2]), above(errors[errors.len() - 1]));
-        let agreement = Agreement { starts: errors.len(), agreeing, median, worst, hops, returned };
+        let Hops { made, returned, .. } = *hops;
+        let agreement = Agreement { starts: errors.len(), agreeing, median, worst, hops: made, returned };
         let alone = errors.len() > 1 && agreeing + returned < 2 && self.error > 0.0;
         let stop = if alone { Stop::StartsDisagree } else { self.stop };
         Self { stop, agreement: Some(agreement), ..self }

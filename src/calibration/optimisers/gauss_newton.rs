@@ -13,8 +13,9 @@
 //! where the logarithm would stall. After each trial the best common factor of all stiffnesses is applied, which costs
 //! nothing.
 //!
-//! Many groups leave flat valleys and local minima, so several starts spend a few factorisations each ([`basins`]). On fine meshes a model of the whole network takes the place of the linear one ([`reduced`]); with
-//! hundreds of groups products with the Jacobian take the place of the Jacobian ([`many`]).
+//! Many groups leave flat valleys and local minima, so several starts spend a few factorisations each ([`basins`]). On fine
+//! meshes a model of the whole network takes the place of the linear one ([`reduced`]); with hundreds of groups products with
+//! the Jacobian take the place of the Jacobian ([`many`]).
 
 use crate::calibration::objective::{Objective, Problem};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint, best};

@@ -30,7 +30,8 @@
 use crate::calibration::objective::{Counts, Objective, Problem};
 use crate::calibration::objectives::displacement::{Displacement, Target};
 use crate::calibration::optimiser::{Outcome, Settings, Stop, TracePoint};
-use crate::calibration::optimisers::{basins, gauss_newton};
+use crate::calibration::optimisers::basins::{self, Hops};
+use crate::calibration::optimisers::gauss_newton;
 use crate::calibration::surrogate::galerkin::Galerkin;
 use crate::calibration::surrogate::walker::{Trust, Walker};
 use crate::clock::{Progress, Stopwatch};
@@ -104,8 +105,8 @@ pub fn run<'a>(problem: &Problem<'a>, settings: &Settings, worker: Displacement<
             Err(other) => return Err(other),
         }
     }
-    let hops = if settings.starts.is_none() && errors.len() > 1 { search.hop(&errors)? } else { [0, 0] };
-    search.finish(failure).map(|found| if errors.is_empty() { found } else { found.agreed(&mut errors, hops) })
+    let hops = if settings.starts.is_none() && errors.len() > 1 { search.hop(&errors)? } else { Hops::default() };
+    search.finish(failure).map(|found| if errors.is_empty() { found } else { found.agreed(&mut errors, &hops) })
 }
 
 /// A place and the error there, percent.
@@ -155,27 +156,18 @@ impl<'s, 'a> Search<'s, 'a> {
         }
     }
 
-    /// Hops from the best place on the model: how many, and how many came back to it.
-    fn hop(&mut self, errors: &[f64]) -> Result<[usize; 2]> {
-        let (mut hops, mut returned, mut without) = (0, 0, 0);
-        while let Some(Place { phi, error: before }) = self.lowest().filter(|_| hops < basins::MOST_HOPS) {
-            if without >= basins::patience(before, errors) {
-                break;
-            }
-            let error = match self.descend_from(&basins::perturbed(self.problem, &phi, hops)) {
+    /// Hops from the best place on the model, beside the errors of the starts.
+    fn hop(&mut self, errors: &[f64]) -> Result<Hops> {
+        let mut hops = Hops::default();
+        while let Some(Place { phi, error: before }) = self.lowest().filter(|place| hops.go_on(place.error, errors)) {
+            let error = match self.descend_from(&basins::perturbed(self.problem, &phi, hops.made)) {
                 Ok(error) => error,
                 Err(Error::NotPositiveDefinite { .. } | Error::Inaccurate { .. }) => f64::INFINITY,
                 Err(other) => return Err(other),
             };
-            hops += 1;
-            if error < (1.0 - basins::SAME) * before {
-                (without, returned) = (0, 0);
-            } else {
-                without += 1;
-                returned += usize::from(error <= (1.0 + basins::SAME) * before);
-            }
+            hops.count(before, &[error]);
         }
-        Ok([hops, returned])
+        Ok(hops)
     }
 
     /// The lowest place where a start has ended.

@@ -164,11 +164,16 @@ impl Given<'_> {
                 }
             },
         };
-        let dofs = &self.body.dofs;
-        let shared =
-            Shared { forces: &forces, reference: &targets, weights: &weights, dofs, solver: &solver, kept: &kept };
+        let (dofs, what) = (&self.body.dofs, self.what());
+        let (reference, solver, kept) = (&targets[..], &solver, &kept);
+        let shared = Shared { forces: &forces, reference, weights: &weights, dofs, what, solver, kept };
         sweep::solve(problems, shared, optimiser, &settings, self.scene.calibration.seed, progress)
             .map_err(|error| checkpoint.failure().unwrap_or(error).advised(self.advice(problems)))
+    }
+
+    /// What the network is called in an error.
+    fn what(&self) -> &'static str {
+        if self.scene.calibration.optimiser().is_some() { "fitted network" } else { "given network" }
     }
 
     /// What to do where the fit of a problem leaves a mechanism.
@@ -214,7 +219,7 @@ impl Given<'_> {
         Ok(Loaded { displacement, accuracy: Some(accuracy), deviations })
     }
 
-    /// A fitted network that does not bear every load, for it is nearly loose: the node that is.
+    /// A network that does not bear every load, for it is nearly loose: the node that is.
     fn opened(&self, error: Error, problem: &SweepProblem, phi: &[f64]) -> Error {
         let (Error::Inaccurate { .. }, Some((stiffness, symbolic))) = (&error, problem.operator.assembled()) else {
             return error;
@@ -228,11 +233,7 @@ impl Given<'_> {
         };
         let (node, component) = self.body.dofs.owner(dof);
         let motions = vec![format!("node {node} can move along {}", ['x', 'y', 'z'][component])];
-        let what = match self.scene.calibration.optimiser() {
-            Some(_) => "network that fits the loads with fit = true",
-            None => "network with the given stiffness",
-        };
-        Error::mechanism(what, 1, motions).advised(near_mechanism::advice(self.scene, phi.len()))
+        Error::mechanism(self.what(), 1, motions).advised(near_mechanism::advice(self.scene, phi.len()))
     }
 
     /// Errors of the fitted cases for their displacements (cases x n).
