@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-pub(super) use crate::readable::short;
+use crate::readable::short;
 
 use super::features::FEATURES;
 

@@ -8,13 +8,14 @@
 use crate::calibration::optimisers::descent::Descent;
 use crate::clock::Progress;
 use crate::error::Result;
+use crate::readable::short;
 
 use super::Limits;
 use super::candidates::{Model, shortlist};
 use super::exact::{Exact, choose, measure};
 use super::features::FEATURES;
 use super::fit::{MOST, Pull, REACH, fit, step};
-use super::part::{Part, short};
+use super::part::Part;
 use super::ties::TIE;
 use super::unions::{Union, unions};
 use super::worker::Worker;
